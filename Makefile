@@ -37,8 +37,8 @@ demo: .venv/.ready-run
 # Tests wait for processes, so three jobs at a time keep two cores busy.
 test: .venv/.ready-test
 	$(MAKE) --jobs=3 --output-sync=target --no-print-directory test-kernels test-style \
-		test-wheel test-graph test-runs test-live test-pure test-commands test-faults test-hall test-robots \
-		test-worlds
+		test-graph test-runs test-pure test-commands test-live test-wheel test-faults test-robots test-worlds \
+		test-hall
 
 test-style: .venv/.ready-test
 	.venv/bin/ruff check .

@@ -4,9 +4,7 @@ import os
 import pkgutil
 import signal
 import sys
-from collections.abc import Iterator
 from importlib.util import find_spec
-from typing import Any
 
 import pytest
 
@@ -36,17 +34,16 @@ RESERVATION = ros_domains.unix_socket()
 os.environ["ROS_DOMAIN_ID"] = str(ros_domains.of_this_run(RESERVATION))
 
 
-def pytest_report_header() -> str:
-    """Say which code the tests run."""
+def pytest_report_header():
     return f"navigators: {'compiled' if is_compiled() else 'as Python; swarm-setup compiles them'}"
 
 
 @pytest.fixture
-def monkeypatch(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
+def monkeypatch(monkeypatch):
     """Refuse to replace what compiled callers go on to call: the test would prove nothing."""
     replace = monkeypatch.setattr
 
-    def replace_unless_compiled(target: Any, *rest: Any, **options: Any) -> None:
+    def replace_unless_compiled(target, *rest, **options):
         owner, name = target, rest[0]
         if isinstance(target, str):
             path, _, name = target.rpartition(".")
@@ -60,11 +57,11 @@ def monkeypatch(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
                         f"{SWITCH}=1 and say why")  # fmt: skip
         replace(target, *rest, **options)
 
-    monkeypatch.setattr = replace_unless_compiled  # type: ignore[method-assign, assignment]
+    monkeypatch.setattr = replace_unless_compiled
     return monkeypatch
 
 
-def _skipped_without_pybullet() -> Iterator[None]:
+def _skipped_without_pybullet():
     """Skip a test that itself asks for PyBullet where there is none; what asks is refused."""
     try:
         yield
@@ -75,13 +72,13 @@ def _skipped_without_pybullet() -> Iterator[None]:
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_setup() -> Iterator[None]:
+def pytest_runtest_setup():
     """Skip by what a fixture asks for."""
     yield from _skipped_without_pybullet()
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_call() -> Iterator[None]:
+def pytest_runtest_call():
     """Skip by what the test asks for; commands that it runs in here leave Ctrl-C as it was."""
     before = signal.getsignal(signal.SIGINT)
     try:
@@ -90,6 +87,5 @@ def pytest_runtest_call() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def pytest_unconfigure() -> None:
-    """Let others have the domain."""
+def pytest_unconfigure():
     RESERVATION.close()

@@ -7,7 +7,6 @@ change is meant to cost what it costs. tests/scenario/test_counted_work.py compa
 import json
 import os
 import struct
-import subprocess
 import sys
 import tempfile
 import tracemalloc
@@ -19,6 +18,7 @@ from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.scenario import Scenario
 from swarm_nav.planning.search import SearchSpace
 from tests.fakes.counting.sitecustomize import NAMES, SIZE
+from tests.fakes.programs import run_program
 
 ROOT = Path(__file__).resolve().parents[1]
 BASELINE = Path(__file__).with_suffix(".json")
@@ -46,7 +46,7 @@ def count_harness() -> dict[str, float]:
         if event in ("call", "c_call"):
             calls[0] += 1
 
-    SearchSpace.cheapest = cheapest  # type: ignore[method-assign]
+    SearchSpace.cheapest = cheapest
     try:
         for _ in range(WARM_TICKS):
             harness.advance()
@@ -57,7 +57,7 @@ def count_harness() -> dict[str, float]:
         temporary, kept = _allocated(harness, TICKS // 2)
     finally:
         sys.setprofile(None)
-        SearchSpace.cheapest = original  # type: ignore[method-assign]
+        SearchSpace.cheapest = original
         harness.episode.world.close()
     robot_ticks = ROBOTS * (WARM_TICKS + 2 * (TICKS // 2))
     return {
@@ -98,11 +98,12 @@ def count_graph(folder: Path) -> dict[str, float]:
         *("--run-dir", str(folder / "run")),
     )
     path = os.pathsep.join([str(COUNTING), str(ROOT)])
-    ended = subprocess.run(
+    ended = run_program(
         (sys.executable, "-c", "from swarm_commander.cli.main import swarm_up; swarm_up()", *flags),
-        env=os.environ | {"PYTHONPATH": path, "SWARM_COUNTS": str(folder)},
-        cwd=folder, capture_output=True, text=True, timeout=240, check=False,
-    )  # fmt: skip
+        {"PYTHONPATH": path, "SWARM_COUNTS": str(folder)},
+        cwd=folder,
+        timeout=240,
+    )
     assert ended.returncode == 0, ended.stdout + ended.stderr
     counts = [_read(file) for file in folder.glob("counts-*")]
     busy = [count for count in counts if count["wake_ups"]]

@@ -10,10 +10,8 @@ import dataclasses
 import importlib
 import io
 import json
-import os
 import shlex
 import shutil
-import subprocess
 import sys
 import tempfile
 import tomllib
@@ -28,6 +26,7 @@ import yaml
 from swarm_common.model.errors import SwarmError
 from swarm_workbench import Swarm, run_scenario
 from tests.fakes.charging import waffle_with_battery
+from tests.fakes.programs import run_program
 from tests.fakes.ros_domains import reserved_domain
 from tests.kept_trajectories import libraries
 from tests.same_trajectories import ROOT, command
@@ -118,13 +117,9 @@ def _call(words: list[str]) -> tuple[int, str]:
 
 
 def _start(words: list[str]) -> tuple[int, str]:
-    """Run a command as a process, in a ROS domain of its own."""
     with reserved_domain() as domain:
         variables = {"PYTHONPATH": str(ROOT), "ROS_DOMAIN_ID": str(domain)}
-        ended = subprocess.run(
-            (*command(ROOT, words[0]), *words[1:]), env=os.environ | variables,
-            capture_output=True, text=True, check=False,
-        )  # fmt: skip
+        ended = run_program((*command(ROOT, words[0]), *words[1:]), variables)
     return ended.returncode, ended.stderr
 
 
@@ -191,7 +186,6 @@ def differences(old: Any, new: Any, path: str = "") -> Iterator[str]:
 
 @contextlib.contextmanager
 def folder_of_runs() -> Iterator[Path]:
-    """Yield a folder with the files of the runs."""
     with tempfile.TemporaryDirectory(prefix="goldens-") as name:
         with contextlib.chdir(name):
             write_files(Path(name))

@@ -41,18 +41,15 @@ RUNS = {
 
 
 def trajectory(name: str) -> str:
-    """Return the hash of a run."""
     return run(RUNS[name]).trajectory_sha256
 
 
 def libraries() -> dict[str, str]:
-    """Return what else the last bits depend on, with versions."""
     here = {name: version(name) for name in NUMERICAL}
     return here | {"libc": " ".join(platform.libc_ver()), "machine": platform.machine()}
 
 
 def main() -> None:
-    """Write the file, or print the hashes of the runs that are named."""
     if names := sys.argv[1:]:
         sys.stdout.write(json.dumps({name: trajectory(name) for name in names}))
         return

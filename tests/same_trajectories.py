@@ -47,7 +47,6 @@ Hashes = dict[str, str]
 
 
 def command(tree: Path, name: str) -> list[str]:
-    """Return the words that run a console script of a tree, without its being installed."""
     with (tree / "pyproject.toml").open("rb") as file:
         module, function = tomllib.load(file)["project"]["scripts"][name].split(":")
     return [sys.executable, "-c", f"from {module} import {function} as main; main()"]
@@ -60,7 +59,6 @@ def run(tree: Path, words: Sequence[str], folder: Path) -> None:
 
 
 def scenarios(tree: Path) -> dict[str, int]:
-    """Return the smallest swarm of each scenario that comes with a tree."""
     found = {}
     for path in sorted((tree / "params" / "scenarios").glob("*.yaml")):
         sizes = yaml.safe_load(path.read_text(encoding="utf-8"))["robots"]

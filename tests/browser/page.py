@@ -30,7 +30,6 @@ def wait_for(condition: Callable[[], bool], what: str, limit: float = LIMIT) -> 
 
 
 def open_page(browser: WebDriver, address: str) -> None:
-    """Open a page, once the one before it is left and its complaints are out of the log."""
     browser.get("about:blank")
     errors(browser)
     browser.get(address)
@@ -49,7 +48,6 @@ def resize(browser: WebDriver, width: int, height: int) -> None:
 
 
 def text_of(browser: WebDriver) -> str:
-    """Return all that can be read on the page."""
     return str(browser.execute_script("return document.body ? document.body.innerText : ''"))
 
 
@@ -67,19 +65,16 @@ def reach(browser: WebDriver, attempt: Callable[[], bool], what: str) -> None:
 
 
 def see(browser: WebDriver, text: str, what: str = "") -> None:
-    """Wait until a text is to be read on the page, in whichever tab."""
     reach(browser, lambda: text in text_of(browser), what or text)
 
 
 def press(browser: WebDriver, label: str) -> None:
-    """Press the button with a label."""
     script = """const b = [...document.querySelectorAll('button')].find(
         (button) => button.innerText.trim() === arguments[0]); if (b) b.click(); return !!b;"""
     reach(browser, lambda: bool(browser.execute_script(script, label)), f"a button '{label}'")
 
 
 def open_tab(browser: WebDriver, name: str) -> None:
-    """Open a tab of the panel, or beside the time line."""
     script = """const tab = document.querySelector(`[role=tab][title='${arguments[0]}']`);
       if (tab) window.swarm.openTab(arguments[0]);
       return tab?.getAttribute('aria-selected') === 'true';"""
@@ -93,7 +88,6 @@ def click_canvas(browser: WebDriver, right: int, down: int) -> None:
 
 
 def drag_canvas(browser: WebDriver, start: tuple[int, int], by: tuple[int, int]) -> None:
-    """Press in the scene at an offset in pixels from its middle, move, and release."""
     canvas = browser.find_element("css selector", "canvas")
     chain = ActionChains(browser, duration=500).move_to_element_with_offset(canvas, *start)
     chain.click_and_hold().move_by_offset(by[0] // 2, by[1] // 2)
@@ -122,7 +116,6 @@ def choose(browser: WebDriver, label: str, option: str) -> None:
 
 
 def unfold(browser: WebDriver, title: str) -> None:
-    """Open a folder of the panel."""
     script = """const found = [...document.querySelectorAll('*')].find((x) => !x.children.length
         && x.textContent.trim() === arguments[0]) ?? [...document.querySelectorAll('*')].filter(
         (x) => x.textContent.trim() === arguments[0]).pop();
@@ -131,7 +124,6 @@ def unfold(browser: WebDriver, title: str) -> None:
 
 
 def chosen(browser: WebDriver, label: str) -> str:
-    """Return what is chosen in the list that has a label."""
     return str(labelled(browser, label).get_attribute("value"))
 
 
@@ -173,5 +165,4 @@ def picture(browser: WebDriver) -> np.ndarray:
 
 
 def errors(browser: WebDriver) -> list[str]:
-    """Return what went wrong on the page since the last call."""
     return [entry["message"] for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]

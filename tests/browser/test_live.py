@@ -7,13 +7,11 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 from selenium.webdriver.common.action_chains import ActionChains
-from selenium.webdriver.remote.webdriver import WebDriver
 
 from tests.browser.page import (
     choose,
@@ -51,14 +49,7 @@ class Swarm:
 
 
 @contextlib.contextmanager
-def command(
-    code: str,
-    words: str,
-    folder: Path,
-    environment: dict[str, str],
-    log: Path,
-    codes: Sequence[int] = (0,),
-) -> Iterator["subprocess.Popen[bytes]"]:
+def command(code, words, folder, environment, log, codes=(0,)):
     """Run one of our commands, end it as a user does, and look at its exit code."""
     with log.open("w") as output:
         process = subprocess.Popen(
@@ -76,7 +67,7 @@ def command(
 
 
 @pytest.fixture(scope="module")
-def swarm(browser: WebDriver, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Swarm]:
+def swarm(browser, tmp_path_factory):
     """Yield a running swarm with a viewer."""
     folder = tmp_path_factory.mktemp("live")
     log = folder / "up.log"
@@ -90,12 +81,11 @@ def swarm(browser: WebDriver, tmp_path_factory: pytest.TempPathFactory) -> Itera
 
 
 @pytest.fixture
-def address(swarm: Swarm) -> str:
-    """Return where the swarm's viewer is."""
+def address(swarm):
     return swarm.address
 
 
-def _address(process: "subprocess.Popen[bytes]", log: Path, sign: str) -> str:
+def _address(process, log, sign):
     end = time.monotonic() + START_LIMIT
     while time.monotonic() < end:
         text = log.read_text(encoding="utf-8")
@@ -107,8 +97,7 @@ def _address(process: "subprocess.Popen[bytes]", log: Path, sign: str) -> str:
     raise AssertionError(log.read_text(encoding="utf-8"))
 
 
-def _open(browser: WebDriver, address: str, robot: str) -> None:
-    """Open a robot's page and wait until all of it is there."""
+def _open(browser, address, robot):
     open_page(browser, f"{address}&robot={robot}")
     see(browser, "answering", "the robots")
     see(browser, "estimate", "the robot of the address")
@@ -116,32 +105,31 @@ def _open(browser: WebDriver, address: str, robot: str) -> None:
     time.sleep(4.0)  # the camera comes to the robot
 
 
-def _use(browser: WebDriver, tool: str) -> None:
+def _use(browser, tool):
     press(browser, tool)
     see(browser, "click the floor", f"the tool '{tool}'")
 
 
-def _pause(browser: WebDriver) -> None:
-    """Let time stand still, so that the outcome does not depend on how slow the browser is."""
+def _pause(browser):
     if "(paused)" not in text_of(browser):
         press(browser, "Pause")
     see(browser, "(paused)", "the pause")
 
 
-def _step(browser: WebDriver, ticks: int) -> None:
+def _step(browser, ticks):
     for _ in range(ticks):
         press(browser, "Step 0.1 s")
         time.sleep(0.5)
 
 
-def _number(browser: WebDriver, pattern: str) -> float:
+def _number(browser, pattern):
     reach(browser, lambda: re.search(pattern, text_of(browser)) is not None, pattern)
     found = re.search(pattern, text_of(browser))
     assert found is not None, text_of(browser)
     return float(found[1])
 
 
-def _time(browser: WebDriver) -> float:
+def _time(browser):
     return _number(browser, r"simulated time\s+([\d.]+) s")
 
 
@@ -158,7 +146,7 @@ def test_the_camera_has_followed(browser, address):
     choose(browser, "Robot", "(none)")
     wait_for(lambda: "estimate" not in text_of(browser), "no robot to be selected")
 
-    def is_picked() -> bool:
+    def is_picked():
         click_canvas(browser, 0, -8)  # the robot that was followed is in the middle
         time.sleep(1.0)
         return chosen(browser, "Robot") == "Srobot1"
@@ -256,10 +244,10 @@ def test_a_robot_is_driven_by_hand(browser, address):
     press(browser, "Drive by hand")
     see(browser, "Srobot1 is yours", "the robot to be handed over")
 
-    def x() -> float:
+    def x():
         return _number(browser, r"estimate\s+\((-?[\d.]+), ")
 
-    def y() -> float:
+    def y():
         return _number(browser, r"estimate\s+\(-?[\d.]+, (-?[\d.]+), ")
 
     before = x(), y()
@@ -273,7 +261,7 @@ def test_a_robot_is_driven_by_hand(browser, address):
         moved = max(moved, abs(x() - before[0]), abs(y() - before[1]))
     assert moved > 0.1
 
-    def rests() -> bool:
+    def rests():
         still = x(), y()
         time.sleep(2.0)
         return (x(), y()) == pytest.approx(still, abs=0.05)
@@ -312,7 +300,6 @@ def test_a_view_of_its_own_is_attached(browser, swarm):
         address = _address(process, log, "Ctrl-C")
         bare, _, query = address.partition("?")
         port = re.search(r":(\d+)/", bare)
-        assert port is not None
         assert query.startswith("token=")
         open_page(browser, f"http://127.0.0.1:{port[1]}/")
         see(browser, "needs its token")

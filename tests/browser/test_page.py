@@ -3,22 +3,18 @@
 import re
 import threading
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 from selenium.webdriver.common.action_chains import ActionChains
-from selenium.webdriver.remote.webdriver import WebDriver
 
 from swarm_common.model.palette import state_color
 from swarm_common.process.messages import KernelsCompiled
-from swarm_view.page.page import Page
 from swarm_view.scene.images import LIGHT
-from swarm_view.scene.page_view import PageView
 from swarm_view.scene.shapes import lifted
-from swarm_view.scene.views import PANEL_WIDTH, STRIP_HEIGHT, Camera
+from swarm_view.scene.views import PANEL_WIDTH, STRIP_HEIGHT
 from swarm_view.server.server import Server
 from swarm_view.state import topics
 from swarm_view.state.topics import Layer
@@ -47,21 +43,21 @@ ROBOTS = 20
 class Show:
     """A viewer of robots that move by themselves."""
 
-    def __init__(self, count: int = ROBOTS) -> None:
+    def __init__(self, count=ROBOTS):
         self.feed = MovingFeed(count, ("turtlebot3_waffle", "turtlebot3_burger"))
         self.server = Server("127.0.0.1", 0)
         self.viewer = Viewer(self.server, self.feed, None)
         self._thread = threading.Thread(target=self.viewer.run)
         self._thread.start()
 
-    def close(self) -> None:
+    def close(self):
         self.viewer.stop()
         self._thread.join(20.0)
         self.viewer.close()
 
 
 @pytest.fixture(scope="module")
-def show(browser: WebDriver) -> Iterator[Show]:
+def show(browser):
     running = Show()
     yield running
     browser.get("about:blank")
@@ -97,25 +93,23 @@ def test_a_robot_has_a_page_of_its_own(browser, show):
 
 
 @pytest.fixture
-def overview(browser: WebDriver) -> Iterator[None]:
-    """Let the page be 1600 x 900 pixels large."""
+def overview(browser):
     before = browser.get_window_size()
     resize(browser, 1600, 900)
     yield
     browser.set_window_size(before["width"], before["height"])
 
 
-def page_of(show: Show) -> Page:
-    """Return the only page, once those before it are gone."""
+def page_of(show):
     wait_for(lambda: len(show.viewer._pages) == 1, "one page")
     return next(iter(show.viewer._pages.values()))
 
 
-def sight_of(show: Show) -> PageView:
+def sight_of(show):
     return page_of(show)._view
 
 
-def seen_from(show: Show, browser: WebDriver, view: str) -> Camera:
+def seen_from(show, browser, view):
     """Choose a preset and return the camera when it has come to rest."""
     sight = sight_of(show)
     wait_for(lambda: sight.camera is not None, "the page to report")
@@ -125,10 +119,9 @@ def seen_from(show: Show, browser: WebDriver, view: str) -> Camera:
     press(browser, view)
     seen = [before]
 
-    def rests() -> bool:
+    def rests():
         time.sleep(0.7)
         camera = sight.camera
-        assert camera is not None
         seen[:] = [camera]
         if view == "Robot's eye":
             return bool(camera.position[2] < 0.5)
@@ -215,7 +208,6 @@ def test_a_page_looks_into_the_past_of_a_live_swarm(browser, show):
     assert time_then == pytest.approx(opened + 6.0, abs=3.0)  # the line grows
     then = still_picture(browser)
     moment = page.history.moment(time_then)
-    assert moment is not None
     tick = moment[0]
     np.testing.assert_allclose(moment[2][:, :2], show.feed.poses(tick)[:, :2], atol=1e-4)
     time.sleep(1.5)
@@ -224,7 +216,6 @@ def test_a_page_looks_into_the_past_of_a_live_swarm(browser, show):
     middles = page._past.fleet.middles(here)
     gaps = np.hypot(*(middles - show.viewer._fleet.middles(show.viewer._swarm.track.latest)).T)
     camera = sight_of(show).camera
-    assert camera is not None
     pixels, _ = camera.project(lifted(middles, 0.012))
     image = picture(browser).astype(int)
     is_seen = [
@@ -271,7 +262,7 @@ def test_a_robot_tells_what_it_did_and_its_topics(browser, show):
 
 
 def test_measuring_pictures_films_and_links(browser, show, tmp_path):
-    browser.execute_cdp_cmd(  # type: ignore[attr-defined]
+    browser.execute_cdp_cmd(
         "Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(tmp_path)}
     )
     show.feed.is_standing = False
@@ -289,7 +280,6 @@ def test_measuring_pictures_films_and_links(browser, show, tmp_path):
         time.sleep(1.0)
     see(browser, "Measured: ", "the distance")
     found = re.search(r"Measured: ([\d.]+) m", text_of(browser))
-    assert found is not None
     assert float(found[1]) == pytest.approx(4.0, abs=0.1)
     press(browser, "Save picture")
     wait_for(lambda: bool(list(tmp_path.glob("swarm_*s.png"))), "the picture")
@@ -304,7 +294,7 @@ def test_measuring_pictures_films_and_links(browser, show, tmp_path):
     see(browser, "Saved a film", "the film")
     films: list[Path] = []
 
-    def is_there() -> bool:
+    def is_there():
         films[:] = [*tmp_path.glob("swarm_*s.webm"), *tmp_path.glob("swarm_*s.mp4")]
         return bool(films) and films[0].stat().st_size > 1000
 
@@ -318,7 +308,6 @@ def test_measuring_pictures_films_and_links(browser, show, tmp_path):
     press(browser, "Copy link")
     see(browser, "Copied: http://", "the link")
     copied = re.search(r"Copied: (http\S+)", text_of(browser))
-    assert copied is not None
     assert errors(browser) == []
     open_page(browser, copied[1])
     see(browser, "· the past", "the time of the link")
@@ -327,13 +316,11 @@ def test_measuring_pictures_films_and_links(browser, show, tmp_path):
     assert page.shown_time == pytest.approx(shown, abs=0.11)
     wait_for(lambda: is_dark(browser), "darkness")
     then = sight_of(show).camera
-    assert then is not None
     np.testing.assert_allclose(then.position, camera.position, atol=0.1)
     assert errors(browser) == []
 
 
-def is_dark(browser: WebDriver) -> bool:
-    """Return whether floor and ground of the upper left corner are those of the dark."""
+def is_dark(browser):
     return bool(picture(browser)[5:60, 5:60].mean() < 110.0)  # light ones are above 190
 
 
@@ -348,17 +335,16 @@ def test_nobody_looks(browser, show):
     assert errors(browser) == []
 
 
-def patch_at(image: np.ndarray, camera: Camera, pixel: np.ndarray) -> np.ndarray:
-    """Return the colours (n, 3) of a picture around a pixel of its page."""
+def patch_at(image, camera, pixel):
     x, y = np.round(pixel * image.shape[1] / camera.width).astype(int)
     return image[max(0, y - 3) : y + 4, max(0, x - 3) : x + 4].reshape(-1, 3)
 
 
-def still_picture(browser: WebDriver) -> np.ndarray:
+def still_picture(browser):
     """Return what the page looks like once it does not change any more: all is drawn."""
     seen = [picture(browser)]
 
-    def rests() -> bool:
+    def rests():
         time.sleep(1.0)  # marks get another size up to 0.25 s after the camera has moved
         seen.append(picture(browser))
         return differing(seen[-2], seen[-1]) == 0
@@ -367,8 +353,7 @@ def still_picture(browser: WebDriver) -> np.ndarray:
     return seen[-1]
 
 
-def differing(before: np.ndarray, after: np.ndarray) -> int:
-    """Return the number of pixels that differ visibly, without the panel and the time line."""
+def differing(before, after):
     high, half = int(0.65 * before.shape[0]), before.shape[1] // 2
     change = np.abs(before[:high, :half].astype(int) - after[:high, :half]).max(axis=2)
     return int((change > 40).sum())

@@ -1,14 +1,12 @@
 """*Plan*, the past, keys and contrast in a real browser."""
 
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
-from selenium.webdriver.remote.webdriver import WebDriver
 
 from swarm_view.page.plan import FROM
 from tests.browser.page import errors, open_page, open_tab, see, text_of, wait_for
@@ -19,7 +17,7 @@ FAINT = Path(__file__).with_name("contrast.js").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
-def many(browser: WebDriver) -> Iterator[Show]:
+def many(browser):
     running = Show(FROM)
     yield running
     browser.get("about:blank")

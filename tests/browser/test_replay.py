@@ -7,13 +7,11 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from selenium.webdriver.remote.webdriver import WebDriver
 
-from swarm_common.middleware.topic_table import WORLD_TOPICS, Topic, robot_topic
+from swarm_common.middleware.topic_table import WORLD_TOPICS, robot_topic
 from swarm_recording.selection import ALWAYS
 from swarm_recording.tape import Tape
 from swarm_view.state import topics
@@ -38,7 +36,7 @@ LENGTH = 400.0  # [s] of the recording
 COLLISION = 100.0  # [s] at which two robots collide in it
 
 
-def record(path: Path) -> None:
+def record(path):
     """Write a recording of four robots, of which one goes and another one comes half-way."""
     now = [0.0]
     feed = MovingFeed(4, clock=lambda: now[0])
@@ -58,13 +56,13 @@ def record(path: Path) -> None:
     tape.close()
 
 
-def _topic(name: str) -> Topic:
+def _topic(name):
     world = {topic.name: topic for topic in WORLD_TOPICS}
     return world[name] if name in world else robot_topic(*topics.split(name))
 
 
 @pytest.fixture(scope="module")
-def address(browser: WebDriver, tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+def address(browser, tmp_path_factory):
     """Yield where a recording is shown."""
     folder = tmp_path_factory.mktemp("replay")
     record(folder / "recording.mcap")
@@ -90,8 +88,7 @@ def address(browser: WebDriver, tmp_path_factory: pytest.TempPathFactory) -> Ite
     assert process.returncode == 0, log.read_text()
 
 
-def time_shown(browser: WebDriver) -> float:
-    """Return the simulated time on the panel."""
+def time_shown(browser):
     open_tab(browser, "Run")
     found = re.search(r"simulated time\s+([\d.]+) s", text_of(browser))
     assert found is not None, text_of(browser)

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
-from selenium.webdriver.remote.webdriver import WebDriver
 
 from swarm_report.document import DRAWINGS, write_document
 from tests.browser.page import errors, open_page, wait_for
@@ -18,14 +17,13 @@ FAINT = Path(__file__).with_name("contrast.js").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
-def page(browser: WebDriver, tmp_path_factory: pytest.TempPathFactory) -> WebDriver:
-    """Open the page of a run."""
+def page(browser, tmp_path_factory):
     folder = make_run(tmp_path_factory.mktemp("run"), robots=3, seconds=60, crash=True)
     open_page(browser, write_document(folder).as_uri())
     return browser
 
 
-def _show(page: WebDriver, name: str) -> None:
+def _show(page, name):
     page.execute_script(f"document.getElementById('{name}').scrollIntoView({{block: 'center'}})")
 
 
@@ -41,7 +39,7 @@ def test_a_plot_answers_to_the_mouse(page):
     wait_for(lambda: page.find_elements(By.CSS_SELECTOR, "#throughput .nsewdrag"), "the plot")
     area = page.find_element(By.CSS_SELECTOR, "#throughput .nsewdrag")
 
-    def says() -> bool:
+    def says():
         ActionChains(page).move_to_element_with_offset(area, 1, 1).move_to_element(area).perform()
         found = page.find_elements(By.CSS_SELECTOR, "#throughput .hoverlayer text")
         return any("per minute" in one.text for one in found)
@@ -50,7 +48,7 @@ def test_a_plot_answers_to_the_mouse(page):
 
 
 def test_dark_and_light(page):
-    def colors() -> tuple[str, str]:
+    def colors():
         script = (
             "return [getComputedStyle(document.body).backgroundColor,"
             " document.querySelector('#goals .ytitle').style.fill]"

@@ -10,7 +10,6 @@ import shutil
 import signal
 import subprocess
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -26,7 +25,7 @@ pytestmark = [pytest.mark.long, pytest.mark.timeout(3600)]
 
 
 @pytest.fixture(scope="module")
-def image(tmp_path_factory: pytest.TempPathFactory) -> Image:
+def image(tmp_path_factory):
     if os.geteuid() != 0 or shutil.which("debootstrap") is None:
         pytest.skip("a clean root needs root and debootstrap")
     return Builder(ROOT, tmp_path_factory.mktemp("roots")).build()
@@ -48,7 +47,7 @@ def test_a_swarm_runs_in_one_container(image):
 class Services:
     """The services of compose.yaml, each in the network of its host."""
 
-    def __init__(self, image: Image, folder: Path, net: NetHosts) -> None:
+    def __init__(self, image, folder, net):
         file = yaml.safe_load((ROOT / "compose.yaml").read_text("utf-8"))
         given = {"SWARM_SECRET": "of a test of containers", "SWARM_SIZE": "2"}
         self._services = interpolated(file, given)["services"]
@@ -59,7 +58,7 @@ class Services:
         hosts = image.root / "etc" / "hosts"
         hosts.write_text(f"127.0.0.1 localhost\n{net.address(1)} world\n")
 
-    def start(self, name: str) -> None:
+    def start(self, name):
         service = self._services[name]
         volume, inside = service["volumes"][0].split(":")[:2]
         place = self._folder / volume
@@ -76,10 +75,10 @@ class Services:
                 start_new_session=True,
             )
 
-    def log(self, name: str) -> Path:
+    def log(self, name):
         return self._folder / f"{name}.log"
 
-    def wait_for(self, name: str, pattern: str) -> str:
+    def wait_for(self, name, pattern):
         end = time.monotonic() + LIMIT
         while not (found := re.search(pattern, self.log(name).read_text("utf-8"))):
             logs = {one: self.log(one).read_text("utf-8") for one in self.processes}
@@ -88,7 +87,7 @@ class Services:
             time.sleep(0.5)
         return found[0]
 
-    def close(self) -> None:
+    def close(self):
         for pid in self.net.pids():
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
@@ -97,7 +96,7 @@ class Services:
 
 
 @pytest.fixture
-def services(image: Image, tmp_path: Path) -> Iterator[Services]:
+def services(image, tmp_path):
     with NetHosts(2) as net:
         started = Services(image, tmp_path, net)
         subprocess.run(net.command(1, "ip", "link", "set", "lo", "up"), check=True)

@@ -22,7 +22,6 @@ from tests.fakes.cells import (
     SMALL_TREE,
     TREE,
     TWIGS,
-    CellMap,
     Placement,
     play,
 )  # fmt: skip
@@ -41,7 +40,7 @@ COUNTS = {  # placements, one per symmetry
 }  # fmt: skip
 
 
-def ends_well(cells: CellMap, placement: Placement) -> None:
+def ends_well(cells, placement):
     end = play(cells, placement)
     assert end.is_done, (cells.name, placement, end)
     assert end.contacts == 0, (cells.name, placement, end)

@@ -27,7 +27,6 @@ HOMES = [
 
 
 def party(seed: int, count: int = len(HOMES), limit: float = 600.0, **changes: float) -> Party:
-    """Return robots that all want to the dock at the end of a blind aisle, and home again."""
     return Party(
         bars=BARS, homes=HOMES[:count], goals=[(DOCK, home) for home in HOMES[:count]], seed=seed,
         sites=Sites(stations={"dock": DOCK}), loss=0.2 * (seed % 2), limit=limit, changes=changes,

@@ -86,7 +86,6 @@ class Erratic:
 
     @staticmethod
     def _sane(points: FloatArray, pose: Pose, limits: DriveLimits) -> Twist:
-        """Return a wish towards a point of the path ahead."""
         x, y = points[min(4, len(points) - 1)].tolist()
         off = math.remainder(math.atan2(y - pose.y, x - pose.x) - pose.yaw, math.tau)
         speed = limits.max_vel_x if abs(off) < 0.5 else 0.0

@@ -24,7 +24,6 @@ def act(robot: RobotState, proposal: Proposal | None) -> None:
 
 
 def arbiter_of(robot: RobotState) -> Arbiter:
-    """Return an arbiter of its own for a robot."""
     return Arbiter(robot, SingleLanes())
 
 
@@ -41,12 +40,10 @@ def leave(departure: Departure, robot: RobotState, is_idle: bool) -> bool:
 
 
 def hold(holding: HoldingPattern, robot: RobotState, kept_free: Callable[[], None]) -> None:
-    """Let the holding pattern decide."""
     act(robot, holding.propose(robot, kept_free))
 
 
 def drive(route: Route, robot: RobotState, goal_manager: GoalManager) -> None:
-    """Let the route be planned if that is due."""
     assert goal_manager.task is not None
     proposal = route.propose(goal_manager.task)
     for event in proposal.events if proposal is not None else ():
@@ -55,7 +52,6 @@ def drive(route: Route, robot: RobotState, goal_manager: GoalManager) -> None:
 
 
 def guard(robot: RobotState) -> None:
-    """Give up space that is too near to another tube or to an obstacle."""
     for rule in (KeepApart(), StopBeforeObstacle()):
         act(robot, rule.propose(robot))
 

@@ -26,7 +26,7 @@ class FailingNode(NavigatorNode):
 
 if __name__ == "__main__":
     signal.signal(signal.SIGUSR1, lambda number, _: signals.append(number))
-    navigator_process.NavigatorNode = FailingNode  # type: ignore[misc]
+    navigator_process.NavigatorNode = FailingNode
     code = fork_server_main.main()
     sys.stdout.flush()
     os._exit(code)

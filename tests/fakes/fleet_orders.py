@@ -84,7 +84,6 @@ def order(
 
 
 def along(first: int, base: int, last: int, order_id: str = "A", update: int = 0) -> dict[str, Any]:
-    """Return an order from node `first` to `last`, released to `base`."""
     nodes = [node(number, released=number <= base) for number in range(first, last + 1)]
     return order(nodes, order_id, update)
 
@@ -92,7 +91,6 @@ def along(first: int, base: int, last: int, order_id: str = "A", update: int = 0
 def nurbs(
     *points: tuple[float, ...], degree: int = 1, knots: Iterable[float] = ()
 ) -> dict[str, Any]:
-    """Return a trajectory through control points x, y and, if given, weight."""
     names = ("x", "y", "weight")
     controls = [dict(zip(names, point, strict=False)) for point in points]
     return {"degree": degree, "knotVector": list(knots), "controlPoints": controls}
@@ -125,7 +123,6 @@ class Toy:
         self.sense()
 
     def clock(self, until: float) -> None:
-        """Let time pass in two steps, up to seconds from the epoch."""
         for now in (until, until + 0.1):
             self.now = now
             self.sense()
@@ -136,7 +133,6 @@ class Toy:
         if leg is None:
             return False
         position = leg.nodes[0].node_position
-        assert position is not None
         self.pose = Pose(position.x, position.y, 0.0)
         self.wait(1.0)
         if len(leg.nodes) == 1:

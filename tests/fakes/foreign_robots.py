@@ -20,6 +20,7 @@ from tests.fakes.own_robots import (
     robot,
     wheel,
 )
+from tests.fakes.robots import PACKAGES
 
 ACCELERATIONS = "acc_lim_x: 1.0\nacc_lim_theta: 2.0\n"
 CONTROL = (
@@ -75,36 +76,8 @@ def four_wheels(*parts: str, name: str = "four", settings: str = LIMITS, **files
     return Own(robot(name, [CHASSIS, *wheels, *parts, lidar(xyz=(0.1, 0.0, 0.2))]), settings, files)
 
 
-MECANUM = """controller_manager:
-  ros__parameters:
-    update_rate: 50
-    joint_state_broadcaster: {type: joint_state_broadcaster/JointStateBroadcaster}
-    base: {type: mecanum_drive_controller/MecanumDriveController}
-base:
-  ros__parameters:
-    front_left_wheel_command_joint_name: front_left_wheel_joint
-    front_right_wheel_command_joint_name: front_right_wheel_joint
-    rear_left_wheel_command_joint_name: rear_left_wheel_joint
-    rear_right_wheel_command_joint_name: rear_right_wheel_joint
-    kinematics: {wheels_radius: 0.05, sum_of_robot_center_projection_on_X_Y_axis: 0.32}
-"""
-DIFFERENTIAL = """/**:
-  controller_manager:
-    ros__parameters:
-      base:
-        type: diff_drive_controller/DiffDriveController
-  base:
-    ros__parameters:
-      left_wheel_names: ["$(var prefix)left_wheel_joint"]
-      right_wheel_names: ["$(var prefix)right_wheel_joint"]
-      wheel_separation: 0.3
-      wheel_radius: 0.05
-      linear.x.has_velocity_limits: true
-      linear.x.max_velocity: 0.6
-      linear.x.max_acceleration: 1.1
-      angular:
-        z: {max_velocity: 1.7, max_acceleration: 2.2}
-"""
+MECANUM = (PACKAGES / "controllers/mecanum.yaml").read_text(encoding="utf-8")
+DIFFERENTIAL = (PACKAGES / "controllers/differential.yaml").read_text(encoding="utf-8")
 
 
 def mecanum_by_controller() -> Own:
@@ -155,53 +128,8 @@ def rear_first() -> Own:
     return Own(robot("rearfirst", [*body, rear, front]))
 
 
-SDF = """<?xml version="1.0"?>
-<sdf version="1.8"><model name="tb">
-  <link name="base_footprint"/>
-  <link name="base_link"><pose>0 0 0.01 0 0 0</pose>
-    <inertial><pose>-0.064 0 0.048 0 0 0</pose><mass>1.3729</mass><inertia><ixx>0.0087</ixx>
-      <iyy>0.0086</iyy><izz>0.0146</izz></inertia></inertial>
-    <collision name="body"><pose>-0.064 0 0.047 0 0 0</pose>
-      <geometry><box><size>0.266 0.266 0.094</size></box></geometry></collision></link>
-  <link name="base_scan"><pose>-0.064 0 0.121 0 0 0</pose>
-    <inertial><mass>0.1</mass></inertial>
-    <collision name="scan"><geometry><cylinder><radius>0.05</radius><length>0.03</length></cylinder>
-      </geometry></collision>
-    <sensor name="lidar" type="gpu_lidar"><pose>0 0 0.02 0 0 0</pose><update_rate>5</update_rate>
-      <gz_frame_id>base_scan</gz_frame_id><lidar><scan><horizontal><samples>360</samples>
-      <min_angle>0</min_angle><max_angle>6.28</max_angle></horizontal></scan>
-      <range><min>0.12</min><max>3.5</max></range></lidar></sensor></link>
-  <link name="left_wheel"><pose>0 0.144 0.033 -1.5708 0 0</pose>
-    <inertial><mass>0.1</mass><inertia><ixx>1.8e-4</ixx><iyy>1.8e-4</iyy><izz>3.2e-4</izz></inertia>
-    </inertial><collision name="tyre"><geometry><cylinder><radius>0.033</radius>
-      <length>0.018</length></cylinder></geometry><surface/></collision></link>
-  <link name="right_wheel"><pose relative_to="left_wheel">0 0 -0.288 0 0 0</pose>
-    <inertial><mass>0.1</mass><inertia><ixx>1.8e-4</ixx><iyy>1.8e-4</iyy><izz>3.2e-4</izz></inertia>
-    </inertial><collision name="tyre"><geometry><cylinder><radius>0.033</radius>
-      <length>0.018</length></cylinder></geometry></collision></link>
-  <link name="caster"><pose>-0.177 0 0.005 0 0 0</pose>
-    <inertial><mass>0.005</mass><inertia><ixx>1e-6</ixx><iyy>1e-6</iyy><izz>1e-6</izz></inertia>
-    </inertial><collision name="ball"><geometry><sphere><radius>0.005</radius></sphere></geometry>
-    </collision></link>
-  <joint name="base_joint" type="fixed"><parent>base_footprint</parent><child>base_link</child>
-  </joint>
-  <joint name="left_joint" type="revolute"><parent>base_link</parent><child>left_wheel</child>
-    <axis><xyz>0 0 1</xyz><limit><lower>-1e16</lower><upper>1e16</upper></limit></axis></joint>
-  <joint name="right_joint" type="revolute"><parent>base_link</parent><child>right_wheel</child>
-    <axis><xyz expressed_in="__model__">0 1 0</xyz></axis></joint>
-  <joint name="caster_joint" type="ball"><parent>base_link</parent><child>caster</child></joint>
-  <joint name="scan_joint" type="fixed"><parent>base_link</parent><child>base_scan</child></joint>
-  <plugin filename="gz-sim-diff-drive-system" name="gz::sim::systems::DiffDrive">
-    <left_joint>left_joint</left_joint><right_joint>right_joint</right_joint>
-    <wheel_separation>0.288</wheel_separation><wheel_radius>0.033</wheel_radius>
-    <max_linear_velocity>0.26</max_linear_velocity><max_angular_velocity>1.8</max_angular_velocity>
-    <max_linear_acceleration>1</max_linear_acceleration>
-    <max_angular_acceleration>3.2</max_angular_acceleration><topic>cmd_vel</topic></plugin>
-</model></sdf>
-"""
-CONFIG = """<?xml version="1.0"?><model><name>tb</name>
-<sdf version="1.4">old.sdf</sdf><sdf version="1.8">model.sdf</sdf></model>
-"""
+SDF = (PACKAGES / "tb/model.sdf").read_text(encoding="utf-8")
+CONFIG = (PACKAGES / "tb/model.config").read_text(encoding="utf-8")
 
 
 @dataclass(frozen=True)

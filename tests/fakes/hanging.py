@@ -28,7 +28,6 @@ def hang_one(processes: Callable[[], Iterable[int]], limit: float) -> int:
 
 
 def descendants(pid: int) -> Callable[[], list[int]]:
-    """Return a function that lists the processes that descend from one."""
     return lambda: [child.pid for child in psutil.Process(pid).children(recursive=True)]
 
 

@@ -59,7 +59,6 @@ class MovingFeed:
         self._tick = -1
 
     def let_be(self, names: list[str]) -> None:
-        """Let these robots be there from now on, and no others."""
         self.names = names
         self._writer = TransformsWriter("map", [f"{name}/base_footprint" for name in names])
         for i, name in enumerate(names):
@@ -76,7 +75,6 @@ class MovingFeed:
         return {topic.name: topic.type for topic in (*WORLD_TOPICS, *robots)}
 
     def want(self, wanted: Collection[str]) -> None:
-        """Note what is wanted."""
         self._fresh |= set(wanted) - self.wanted
         self.wanted = set(wanted)
 

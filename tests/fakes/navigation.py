@@ -65,7 +65,6 @@ def config(**changes: Any) -> NavConfig:
 def robot_in(
     grid: Grid, pose: Pose, robot_id: int = 1, parameters: NavConfig | None = None
 ) -> RobotState:
-    """Return the robot of a robot that stands in a room and has listened long enough."""
     s = initial_state(parameters or NavConfig(), waffle(), grid, robot_id, pose)
     s.tick = 100
     return s
@@ -95,7 +94,6 @@ def beacon(robot_id: int, x: float, y: float, **fields: Any) -> np.void:
 
 
 def hear(s: RobotState, *beacons: np.void, tick: int | None = None) -> None:
-    """Let a robot receive beacons as of the tick before its own (or of `tick`)."""
     batch = np.array(list(beacons), BEACON_DTYPE)
     batch["tick"] = s.tick - 1 if tick is None else tick
     batch["heard"][:, 0] = s.robot_id << 16 | max(0, s.tick - 1)
@@ -104,7 +102,6 @@ def hear(s: RobotState, *beacons: np.void, tick: int | None = None) -> None:
 
 
 def let_walk(s: RobotState, *places: tuple[float, float]) -> None:
-    """Have a robot's obstacle layer see people arrive at places, and walk there at its tick."""
     history, marks = s.obstacles._dynamic_obstacles, np.array(places)
     history.update(marks, marks[:0], marks, marks, s.tick - WALK_TICKS)
     history.update(marks, marks, marks, marks, s.tick)
@@ -112,7 +109,6 @@ def let_walk(s: RobotState, *places: tuple[float, float]) -> None:
 
 
 def seen(tick: int, *places: tuple[float, float]) -> list[np.void]:
-    """Return robots near (1, 1) that tell where others were at a tick, one each."""
     told = [beacon(90 + k, 1.0, 0.6 * k + 0.3, blocked_ticks=99) for k in range(len(places))]
     for k, (x, y) in enumerate(places):
         told[k]["sighted_id"][0], told[k]["sighted_tick"][0] = 30 + k, tick
@@ -174,7 +170,6 @@ class Squad:
     def send(
         self, index: int, *poses: Pose, kind: GoalKind = GoalKind.NAVIGATE, **fields: Any
     ) -> None:
-        """Give a robot a goal."""
         self.robots[index].set_goal(Goal(kind=kind, poses_map=poses, **fields))
 
     def run(self, ticks: int, deaf: Collection[int] = (), dead: Collection[int] = ()) -> None:
@@ -191,11 +186,9 @@ class Squad:
         raise AssertionError(f"not so after {ticks} ticks: {[r.status() for r in self.robots]}")
 
     def ended(self, index: int) -> list[GoalEnded]:
-        """Return the ends of goals of a robot so far."""
         return [event for event in self.events[index] if isinstance(event, GoalEnded)]
 
     def distance(self, index: int, pose: Pose) -> float:
-        """Return how far a robot is from a pose."""
         return self.bodies[index].pose.distance(pose)
 
     def _step(self, deaf: Collection[int], dead: Collection[int]) -> None:

@@ -34,7 +34,6 @@ def classes_in(folder: str) -> list[OwnClass]:
 
 
 def module_of(path: Path) -> str:
-    """Return the name by which a file of the checkout is imported."""
     return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
 
 

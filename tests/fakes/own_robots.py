@@ -7,11 +7,6 @@ from pathlib import Path
 
 PI = math.pi
 LIMITS = "max_vel_x: 0.5\nmax_vel_theta: 1.5\nacc_lim_x: 1.0\nacc_lim_theta: 2.0\n"
-GAZEBO_DRIVE = (
-    '<gazebo><plugin name="drive" filename="{file}">'
-    "<left_joint>left_wheel_joint</left_joint><right_joint>right_wheel_joint</right_joint>"
-    "</plugin></gazebo>"
-)
 
 
 def box(x: float, y: float, z: float) -> str:
@@ -97,7 +92,7 @@ def lidar(
     **scan: object,
 ) -> str:
     place = link(name) + joint(f"{name}_joint", parent, name, xyz, rpy)
-    return place + ray_sensor(name, **scan)  # type: ignore[arg-type]
+    return place + ray_sensor(name, **scan)
 
 
 def robot(name: str, parts: Iterable[str]) -> str:

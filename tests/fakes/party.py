@@ -103,7 +103,6 @@ class Party:
     def run(
         self, on_tick: Watcher | None = None, faults: InjectedFaults | None = None
     ) -> RunRecord:
-        """Run until all goals are reached, or to the limit."""
         return self.harness(on_tick, faults).run()
 
     def _episode(self) -> Episode:

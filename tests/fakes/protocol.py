@@ -50,7 +50,6 @@ HALL = room(SIDE + 2 * MARGIN, SIDE + 2 * MARGIN)
 
 @functools.cache
 def small() -> RobotSpec:
-    """Return a robot of little more than half a waffle's size."""
     footprint = tuple((0.55 * x, 0.55 * y) for x, y in waffle().footprint)
     return dataclasses.replace(waffle(), footprint=footprint)
 
@@ -226,7 +225,6 @@ class Air:
         return int(self.rng.integers(ACQUAINTED, self.schedule.ticks))
 
     def _cut(self, link: tuple[int, int], since: int | None = None) -> None:
-        """Let a link fail for good, unless the way back fails already."""
         if link[::-1] not in self._cut_since:
             self._cut_since[link] = self._someday() if since is None else since
 
@@ -243,7 +241,6 @@ class Air:
                 self._arrivals.setdefault((tick + 1 + late, receiver), []).append(beacon)
 
     def batch(self, tick: int, receiver: int) -> BeaconArray:
-        """Return what arrives, at most one beacon of each sender, ordered by id."""
         found = self._arrivals.pop((tick, receiver), [])
         self.rng.shuffle(found)  # the adversary chooses which of two late ones comes first
         newest = {int(beacon["id"]): beacon for beacon in found}

@@ -19,5 +19,4 @@ FIELDS: dict[str, Any] = {
 
 
 def result(**changes: Any) -> RunRecord:
-    """Return a flawless result but for the given fields."""
     return RunRecord(**(FIELDS | changes))

@@ -21,7 +21,6 @@ def reserve(domains: Iterable[int], reservation: socket.socket) -> int | None:
 
 
 def unix_socket() -> socket.socket:
-    """Return what `reserve` needs."""
     return socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
 
 

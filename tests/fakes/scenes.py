@@ -13,5 +13,4 @@ def section_at(scene: Scene, height: float) -> Section:
 
 
 def read_bodies(path: Path) -> list[Body]:
-    """Return the links with collisions of all models in an SDF file, in file order."""
     return [body for body in read_world(path).bodies if body.parts]

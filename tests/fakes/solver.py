@@ -79,21 +79,18 @@ def in_turns(free: set[Cell], start: list[Cell], goals: list[Cell]) -> list[list
 
 
 def drive(plan: list[list[Cell]], now: list[Cell], robot: int, cells: list[Cell]) -> None:
-    """Let one robot drive along some cells."""
     for cell in cells:
         now[robot] = cell
         plan.append(list(now))
 
 
 def at_once(free: set[Cell], start: list[Cell], goals: list[Cell]) -> list[list[Cell]]:
-    """Return a plan in which all drive as if they were alone."""
     ways = [[a, *way(free, a, b)] for a, b in zip(start, goals, strict=True)]
     longest = max(map(len, ways))
     return [[cells[min(t, len(cells) - 1)] for cells in ways] for t in range(longest)]
 
 
 def exchange(free: set[Cell], start: list[Cell]) -> list[list[Cell]]:
-    """Return a plan in which the first robot drives to the second, and they change places."""
     cells = way(free - set(start[2:]), *start[:2]) if len(start) > 1 else []
     if not cells:
         return []

@@ -44,7 +44,6 @@ class Up:
 
     def report(self) -> dict[str, Any]:
         report = json.loads((self.run_dir / "report.json").read_text(encoding="utf-8"))
-        assert isinstance(report, dict)
         return report
 
     def left_running(self) -> list[str]:

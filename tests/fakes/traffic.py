@@ -162,12 +162,10 @@ def run(trial: Trial, parameters: NavConfig | None = None, limit: int = 2500) ->
 
 
 def has_begun(since: int | None, tick: int) -> bool:
-    """Whether something that begins at a tick, if ever, has begun."""
     return since is not None and tick >= since
 
 
 def is_dead(trial: Trial, index: int, tick: int) -> bool:
-    """Whether a robot has stopped to do anything."""
     return index == 0 and has_begun(trial.death, tick)
 
 
@@ -187,7 +185,6 @@ def is_done(trial: Trial, reached: list[int], world: World) -> bool:
 
 
 def send(robots: list[Navigator], trial: Trial, reached: list[int], who: Iterable[int]) -> None:
-    """Give robots their next goal."""
     for index in who:
         if reached[index] < 2:
             goal = trial.goals[reached[index]][index]

@@ -38,7 +38,6 @@ class WheelEnvironment:
         assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
 
     def variables(self, **more: str) -> dict[str, str]:
-        """Return those of a shell in which the environment is active, and the tests' is not."""
         kept = {name: os.environ[name] for name in KEPT if name in os.environ}
         path = f"{self.prefix / 'bin'}:{kept['PATH']}"
         return kept | NO_SEGMENTS | {"PATH": path, "MPLBACKEND": "Agg"} | more

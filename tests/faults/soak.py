@@ -22,8 +22,8 @@ from typing import Any
 
 import psutil
 
+from tests.fakes.real_swarm import RealSwarm
 from tests.fakes.ros_domains import reserved_domain
-from tests.faults.real_swarm import RealSwarm
 
 PERIOD = 60.0  # [s] of wall time between two faults
 LAPS = 1000  # more than an hour holds
@@ -81,7 +81,6 @@ def _median(samples: Sequence[dict[str, Any]], component: str, name: str) -> flo
 
 
 def is_flat(grown: dict[str, dict[str, float]]) -> bool:
-    """Whether nothing has grown by more than `GROWTH` allows."""
     return bool(grown) and all(
         value <= GROWTH[name] for figures in grown.values() for name, value in figures.items()
     )

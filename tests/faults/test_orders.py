@@ -21,7 +21,7 @@ def test_every_order_is_done_once_though_robots_fail(start, tmp_path):
     swarm = start(
         "--world", "hall_12", "--swarm-size", "4", "--mission", str(tmp_path / "orders.yaml"),
         "--params", str(tmp_path / "radio.yaml"), "--drive", "planar", "--until-done",
-        "--duration", "600", "--headless", "--no-report",
+        "--duration", "600", "--speed", "8", "--headless", "--no-report",
     )  # fmt: skip
     swarm.wait_until(lambda: swarm.sim_time() > 4.0)
     assert swarm.send("Srobot2", signal.SIGKILL)

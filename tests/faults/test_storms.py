@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from tests.faults.real_swarm import RealSwarm, check_is_true
+from tests.fakes.real_swarm import check_is_true
 
 pytestmark = [pytest.mark.long, pytest.mark.timeout(3600)]
 
@@ -33,7 +33,7 @@ class Storm:
     flags: tuple[str, ...] = ()
 
     @property
-    def name(self) -> str:
+    def name(self):
         """For pytest."""
         return f"{self.component}-{signal.Signals(self.number).name}"
 
@@ -72,7 +72,7 @@ def test_a_storm(start, storm):
         assert report["sim_time"] == pytest.approx(DURATION)
 
 
-def rage(swarm: RealSwarm, storm: Storm, rng: random.Random) -> None:
+def rage(swarm, storm, rng):
     """Kill and stop until the run has ended."""
     swarm.wait_until(lambda: swarm.sim_time() > 0.0)
     due, is_component_due = PERIOD, True

@@ -9,8 +9,6 @@ A few always; 20,000 with `FUZZ_EXAMPLES=20000 pytest tests/fuzz/test_hostile_wo
 --timeout=0`.
 """
 
-from pathlib import Path
-
 import numpy as np
 import trimesh
 from hypothesis import given
@@ -20,7 +18,6 @@ from swarm_common.model.errors import SwarmError
 from swarm_common.model.grid import OCCUPIED
 from swarm_describe.robots.loading import load_robot
 from swarm_describe.worlds.reader import load_world
-from swarm_describe.worlds.scene import Scene
 from swarm_sim.maps.draw_map import draw_world, reach_of
 from swarm_sim.maps.spawn import spawn_poses
 from swarm_sim.maps.world_check import differences
@@ -39,7 +36,7 @@ WOUNDS = ("none", "double", "turned", "some turned", "holes", "torn", "jitter", 
 FORMATS = ("stl", "obj", "ply", "dae", "off")
 
 
-def made(kind: str, rng: np.random.Generator) -> trimesh.Trimesh:
+def made(kind, rng):
     """Return a mesh of about a metre."""
     size = rng.uniform(0.1, 2.0, 3)
     if kind == "box":
@@ -83,12 +80,12 @@ def made(kind: str, rng: np.random.Generator) -> trimesh.Trimesh:
     )
 
 
-def of_triangles(corners: np.ndarray) -> trimesh.Trimesh:
+def of_triangles(corners):
     faces = np.arange(3 * len(corners)).reshape(-1, 3)
     return trimesh.Trimesh(corners.reshape(-1, 3), faces, process=False)
 
 
-def wounded(mesh: trimesh.Trimesh, wound: str, rng: np.random.Generator) -> trimesh.Trimesh:
+def wounded(mesh, wound, rng):
     """Return a mesh as a bad exporter leaves it."""
     vertices, faces = np.array(mesh.vertices), np.array(mesh.faces)
     if wound == "double":
@@ -112,7 +109,7 @@ def wounded(mesh: trimesh.Trimesh, wound: str, rng: np.random.Generator) -> trim
     return trimesh.Trimesh(vertices, faces, process=False)
 
 
-def write(folder: Path, seed: int, kinds: list[tuple[str, str, str]]) -> Path:
+def write(folder, seed, kinds):
     """Write a world of meshes."""
     rng = np.random.default_rng(seed)
     models = []
@@ -145,7 +142,7 @@ def write(folder: Path, seed: int, kinds: list[tuple[str, str, str]]) -> Path:
     return path
 
 
-def check(scene: Scene) -> None:
+def check(scene):
     reach = reach_of([SPEC])
     assert [str(found) for found in differences(scene, [SCAN], reach, with_physics=True)] == []
     grid = draw_world(scene, SCAN, reach=reach)

@@ -4,9 +4,7 @@ import contextlib
 import copy
 import json
 import tempfile
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 from hypothesis import given
@@ -48,7 +46,7 @@ retries: 1
 """
 
 
-def places(value: Any) -> Iterator[tuple[Any, Any]]:
+def places(value):
     """Yield each container with each of its keys or indices."""
     items = value.items() if isinstance(value, dict) else enumerate(value)
     for key, each in list(items):
@@ -57,7 +55,7 @@ def places(value: Any) -> Iterator[tuple[Any, Any]]:
             yield from places(each)
 
 
-def changed(content: dict[str, Any], changes: list[tuple[float, Any]]) -> bytes:
+def changed(content, changes):
     content = copy.deepcopy(content)
     for share, value in changes:
         if found := list(places(content)):
@@ -96,7 +94,7 @@ def test_orders_with_faults_are_read_or_refused(edits):
 
 
 @pytest.fixture(scope="module")
-def bag(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+def bag(tmp_path_factory):
     made = write(
         tmp_path_factory.mktemp("bag") / "a.mcap", notes(60, (NOTE, OTHER)), chunk_size=300
     )

@@ -2,7 +2,7 @@
 
 import copy
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,8 @@ from swarm_common.files.params_io import default_parameters
 from swarm_common.files.sites_io import load_sites
 from swarm_common.model.errors import SwarmError
 from swarm_describe.robots.fleet import load_fleet
+from swarm_describe.robots.loading import account_of
+from swarm_describe.robots.source import find_robot
 from swarm_describe.worlds.actors import load_actors
 from swarm_map.floor_plan import load_plan
 from swarm_mission.mission import load_mission
@@ -65,12 +67,27 @@ ACTORS: dict[str, Any] = {
 }  # fmt: skip
 
 
-def parameters(path: Path) -> Any:
+PLAN: dict[str, Any] = {
+    **{"name": "hall", "wall_thickness": 0.2, "wall_height": 2, "wall_color": [0.1, 0.2, 0.3]},
+    **SITES,
+    "walls": [{"name": "w", "points": [[0, 0], [9, 0], [9, 9]], "closed": True, "thickness": 0.3}],
+    "boxes": [BLOCK],
+    "posts": [{"name": "p", "at": [7, 5], "radius": 0.2, "height": 1.0, "color": [0, 1, 0]}],
+}
+ROBOT = yaml.safe_load(find_robot("turtlebot3_waffle").settings.read_text(encoding="utf-8"))
+
+
+def account(path):
+    found = account_of(path.rename(path.with_name("robot.yaml")))
+    return found.rows, found.missing, found.notes
+
+
+def parameters(path):
     overrides = load_overrides(path, ROBOTS, default_parameters())
     return [overrides.for_robot(robot) for robot in ROBOTS], overrides.world
 
 
-def grid(path: Path) -> Any:
+def grid(path):
     path.with_name("m.pgm").write_bytes(b"P5 3 1 255\n" + bytes([0, 120, 254]))
     found = load_map(path)
     return found.cells.tolist(), found.resolution, found.origin_x, found.origin_y, found.origin_yaw
@@ -78,11 +95,8 @@ def grid(path: Path) -> Any:
 
 READERS: dict[str, tuple[dict[str, Any], Callable[[Path], Any]]] = {
     "sites": (SITES, load_sites),
-    "plan": (
-        {"name": "hall", "wall_height": 2, "boxes": [BLOCK], **SITES,
-         "walls": [{"name": "w", "points": [[0, 0], [9, 0], [9, 9]], "closed": True}]},
-        load_plan,
-    ),
+    "plan": (PLAN, load_plan),
+    "robot": (ROBOT, account),
     "map": (MAP, grid),
     "params": (PARAMS, parameters),
     "mission": (MISSION, lambda path: load_mission(str(path))),
@@ -92,7 +106,7 @@ READERS: dict[str, tuple[dict[str, Any], Callable[[Path], Any]]] = {
 }  # fmt: skip
 
 
-def mappings(tree: Any, where: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+def mappings(tree, where=()):
     """Yield the place of every mapping in a document, the document itself first."""
     if isinstance(tree, dict):
         yield where
@@ -102,7 +116,7 @@ def mappings(tree: Any, where: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]
             yield from mappings(value, (*where, key))
 
 
-def at(tree: Any, where: tuple[Any, ...]) -> Any:
+def at(tree, where):
     for key in where:
         tree = tree[key]
     return tree
@@ -111,15 +125,15 @@ def at(tree: Any, where: tuple[Any, ...]) -> Any:
 class Dumper(yaml.SafeDumper):
     """Writes what occurs twice twice."""
 
-    def ignore_aliases(self, _: Any) -> bool:
+    def ignore_aliases(self, _):
         return True
 
 
-def dumped(tree: Any) -> str:
+def dumped(tree):
     return str(yaml.dump(tree, Dumper=Dumper, sort_keys=False))
 
 
-def changes(tree: dict[str, Any]) -> Iterator[tuple[str, str]]:
+def changes(tree):
     """Yield a name and a text of every document with one key renamed, moved up or doubled."""
     for where in mappings(tree):
         for key in at(tree, where):
@@ -143,7 +157,7 @@ def changes(tree: dict[str, Any]) -> Iterator[tuple[str, str]]:
                     yield f"{label} moved up", dumped(moved)
 
 
-def outcome(read: Callable[[Path], Any], path: Path, text: str) -> str:
+def outcome(read, path, text):
     path.write_text(text, encoding="utf-8")
     try:
         return repr(read(path))

@@ -16,7 +16,7 @@ from swarm_common.model.outline import placed_corners
 from swarm_common.model.records import Pose, Twist, wrap_angle
 from swarm_common.model.shapes import Part
 from swarm_describe.robots.fleet import load_fleet
-from swarm_describe.robots.loading import Robot, open_robot
+from swarm_describe.robots.loading import open_robot
 from swarm_describe.worlds.scene import Scene
 from swarm_sim.world.world import World, WorldConfig
 from tests.fakes.posts import off_the_posts, points_by_tf, post
@@ -42,7 +42,7 @@ groups:
 """
 
 
-def of(usual: int) -> settings:
+def of(usual):
     return settings(
         max_examples=EXAMPLES or usual,
         deadline=None,
@@ -53,11 +53,11 @@ def of(usual: int) -> settings:
 
 
 @pytest.fixture(scope="module")
-def packages(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+def packages(tmp_path_factory):
     return write_packages(tmp_path_factory.mktemp("workspace"))
 
 
-def try_robot(path: Path) -> None:
+def try_robot(path):
     try:
         robot = open_robot(path)
     except SwarmError:
@@ -65,7 +65,7 @@ def try_robot(path: Path) -> None:
     drive(robot)
 
 
-def drive(robot: Robot) -> None:
+def drive(robot):
     """Let a robot that was accepted drive for a moment in either engine."""
     for engine in ("planar", "bullet"):
         try:
@@ -85,7 +85,7 @@ def drive(robot: Robot) -> None:
             world.close()
 
 
-def put(path: Path, text: str) -> Path:
+def put(path, text):
     path.write_text(text, encoding="utf-8", errors="surrogatepass")
     return path
 
@@ -154,7 +154,7 @@ def test_generated_robots_drive_and_see_or_are_refused(packages, made):
         world.close()
 
 
-def stage(robot: Robot) -> World:
+def stage(robot):
     """Put a robot among posts, in the physics engine."""
     return World(
         Scene("field", Path("."), POSTS),
@@ -165,7 +165,7 @@ def stage(robot: Robot) -> World:
     )
 
 
-def body_is_in_the_footprint(robot: Robot) -> None:
+def body_is_in_the_footprint(robot):
     places = robot.model.root_from_groups()
     parts = [
         Part(part.shape, place @ part.body_from_part)
@@ -178,7 +178,7 @@ def body_is_in_the_footprint(robot: Robot) -> None:
         assert (aside / np.hypot(bx - ax, by - ay)).min() > -1e-3
 
 
-def sees_what_is_there(robot: Robot, world: World) -> None:
+def sees_what_is_there(robot, world):
     scan = world.observe()[0].scan
     assert scan is not None
     points = points_by_tf(scan, robot, world.ground_truth()[0][0])
@@ -188,7 +188,7 @@ def sees_what_is_there(robot: Robot, world: World) -> None:
         assert not len(points)
 
 
-def goes_where_it_is_told(robot: Robot, world: World) -> None:
+def goes_where_it_is_told(robot, world):
     """Two seconds of driving, compared with kinematics."""
     spec = robot.spec
     speed, rate = 0.5 * min(spec.max_vel_x, 0.8), 0.3 * min(spec.max_vel_theta, 1.0)
@@ -206,7 +206,7 @@ def goes_where_it_is_told(robot: Robot, world: World) -> None:
 POSTS = (post(3.0, 0.9), post(-2.5, 1.9), post(0.7, -3.2))
 
 
-def settings_of_xacro(path: Path) -> None:
+def settings_of_xacro(path):
     put(
         path.with_name("acme_big.robot.yaml"),
         LIMITS + "lidar: {frame: laser, rays: 90, rate: 5.0}\npackages: [../../../vendor]\n",

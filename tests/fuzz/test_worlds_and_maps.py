@@ -3,9 +3,7 @@
 A few of each run always; many with `FUZZ_EXAMPLES=10000 pytest tests/fuzz --timeout=0`.
 """
 
-from collections.abc import Callable
 from contextlib import suppress
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,9 +19,9 @@ from swarm_describe.worlds.reader import load_world
 from swarm_map.floor_plan import load_plan
 from swarm_map.world_writer import sdf_text, sites_text
 from swarm_sim.maps.check import check_vehicles, check_walkers
+from tests.fakes.gazebo_package import write_package
 from tests.fakes.scenes import section_at
-from tests.fuzz.byte_mutation import EDITS, FUZZ, Edit, mutated
-from tests.unit.swarm_sim.gazebo_package import write_package
+from tests.fuzz.byte_mutation import EDITS, FUZZ, mutated
 
 ACTORS = b"""walkers:
   - {name: Ann, path: [[0, 0], [2, 0], [2, 1]], speed: 1.0, start: 1.5, pause: 0}
@@ -38,7 +36,7 @@ PGM = b"P5\n# made by hand\n12 8\n255\n" + bytes(range(96))
 PLAIN_PGM = b"P2\n3 2\n15\n" + b" 0 15 7\n 3 3 3\n"
 
 
-def survives(use: Callable[[Path], object], path: Path, data: bytes) -> None:
+def survives(use, path, data):
     """Write a file and use it; nothing but a SwarmError may come of it."""
     path.write_bytes(data)
     with suppress(SwarmError):
@@ -46,11 +44,11 @@ def survives(use: Callable[[Path], object], path: Path, data: bytes) -> None:
 
 
 @pytest.fixture(scope="module", name="package")
-def package_fixture(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def package_fixture(tmp_path_factory):
     return write_package(tmp_path_factory.mktemp("fuzz"))
 
 
-def look_at(path: Path) -> None:
+def look_at(path):
     scene = load_world(path)
     section_at(scene, 0.132)
     with suppress(SwarmError):
@@ -58,7 +56,7 @@ def look_at(path: Path) -> None:
         check_vehicles(scene, scene.vehicles)
 
 
-def survives_with(package: Path, file: Path, edits: list[Edit]) -> None:
+def survives_with(package, file, edits):
     """Look at a world of whose files one is mutated."""
     intact = file.read_bytes()
     try:
@@ -105,7 +103,7 @@ def test_sites(tmp_path_factory, edits):
 @FUZZ
 @given(edits=EDITS)
 def test_floor_plans(tmp_path_factory, edits):
-    def use(path: Path) -> None:
+    def use(path):
         plan = load_plan(path)
         assert sdf_text(plan)
         assert sites_text(plan.sites)
@@ -119,7 +117,7 @@ def test_maps(tmp_path_factory, edits, image_edits, image):
     folder = tmp_path_factory.getbasetemp()
     (folder / "m.pgm").write_bytes(mutated(image, image_edits))
 
-    def use(path: Path) -> None:
+    def use(path):
         grid = load_map(path)
         if grid.cells.size < 10_000:
             save_map(grid.upright(), folder / "again.yaml")

@@ -8,8 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -26,6 +25,7 @@ from swarm_common.process.lifetime import die_with
 from swarm_describe.robots.loading import fixed_frames, load_robot
 from swarm_describe.worlds.world_file import find_world
 from swarm_nav.core.config import NavConfig, parameter_values
+from tests.fakes.real_swarm import start  # noqa: F401
 from tests.fakes.ros_domains import reserved_domain
 
 ROBOT = "turtlebot3_waffle"
@@ -36,7 +36,7 @@ START_LIMIT = 90.0  # [s] of wall time, on a busy machine
 class Process:
     """The world or the fork server, with its events."""
 
-    def __init__(self, module: str, config: Path, domain: int, log: Path) -> None:
+    def __init__(self, module, config, domain, log):
         self.events: list[dict[str, Any]] = []
         reading, writing = os.pipe()
         control, self.control_fd = os.pipe()
@@ -59,7 +59,7 @@ class Process:
         os.close(writing)
         os.close(control)
 
-    def read(self, timeout: float = 0.0) -> list[dict[str, Any]]:
+    def read(self, timeout=0.0):
         """Return all events so far, after waiting for new ones for a while."""
         select.select([self._reading], [], [], timeout)
         with contextlib.suppress(BlockingIOError):
@@ -69,11 +69,10 @@ class Process:
         self.events += [json.loads(line) for line in lines]
         return self.events
 
-    def named(self, kind: str) -> list[dict[str, Any]]:
-        """Return the events of a kind."""
+    def named(self, kind):
         return [event for event in self.read() if event["event"] == kind]
 
-    def wait_for(self, kind: str, count: int = 1, limit: float = START_LIMIT) -> None:
+    def wait_for(self, kind, count=1, limit=START_LIMIT):
         """Wait until there are `count` events of a kind."""
         end = time.monotonic() + limit
         while len(self.named(kind)) < count:
@@ -83,7 +82,7 @@ class Process:
             assert kind == "died" or not self.named("died"), self.events
             self.read(0.2)
 
-    def end(self) -> int:
+    def end(self):
         """Ask it to end and return its exit code."""
         if self.popen.poll() is None:
             self.popen.terminate()
@@ -100,7 +99,7 @@ class Process:
 class Swarm:
     """A world and its navigators, and a node of our own to talk to them."""
 
-    def __init__(self, folder: Path, domain: int, count: int, **options: Any) -> None:
+    def __init__(self, folder, domain, count, **options):
         self.robot_names: RobotNames = options.pop("names", RobotNames())
         self.names = self.robot_names.first(count)
         self.domain = domain
@@ -115,7 +114,7 @@ class Swarm:
         self.world = self._start_world(options.pop("world", {}))
         self.host = self._start_host(options)
 
-    def _start_world(self, changes: dict[str, Any]) -> Process:
+    def _start_world(self, changes):
         config = {
             "world": WORLD,
             "robots": [{"name": name, "model": ROBOT} for name in self.names],
@@ -127,7 +126,7 @@ class Swarm:
         path.write_text(json.dumps(config | changes), encoding="utf-8")
         return Process("swarm_sim.ros.node", path, self.domain, self.folder / "world.log")
 
-    def _start_host(self, changes: dict[str, Any]) -> Process:
+    def _start_host(self, changes):
         self.world.wait_for("spawn")
         spawn = self.world.named("spawn")[0]
         by_robot = changes.pop("by_robot", {})
@@ -146,35 +145,30 @@ class Swarm:
         path.write_text(json.dumps(config), encoding="utf-8")
         return Process(self.fork_server, path, self.domain, self.folder / "host.log")
 
-    def wait_until_active(self) -> None:
-        """Wait until every navigator is active and time runs."""
+    def wait_until_active(self):
         self.host.wait_for("active", len(self.names))
         self.spin_until(lambda: self.sim_time() > 0.0, START_LIMIT)
 
-    def sim_time(self) -> float:
-        """Return the simulated time that the world reported last."""
+    def sim_time(self):
         progress = self.world.named("progress")
         return float(progress[-1]["sim_time"]) if progress else 0.0
 
-    def spin(self, period: float) -> None:
-        """Let our node work for a while."""
+    def spin(self, period):
         end = time.monotonic() + period
         while time.monotonic() < end:
             self.executor.spin_once(timeout_sec=0.05)
 
-    def spin_until(self, condition: Callable[[], bool], limit: float = 30.0) -> None:
-        """Let our node work until something holds."""
+    def spin_until(self, condition, limit=30.0):
         end = time.monotonic() + limit
         while not condition():
             assert time.monotonic() < end, "waited in vain"
             self.executor.spin_once(timeout_sec=0.05)
 
-    def result_of(self, future: Any, limit: float = 30.0) -> Any:
-        """Return what a future holds when it is done."""
+    def result_of(self, future, limit=30.0):
         self.spin_until(future.done, limit)
         return future.result()
 
-    def call(self, kind: Any, name: str, request: Any) -> Any:
+    def call(self, kind, name, request):
         """Call a service once."""
         client = self.node.create_client(kind, name)
         try:
@@ -183,11 +177,10 @@ class Swarm:
         finally:
             self.node.destroy_client(client)
 
-    def pid_of(self, name: str) -> int:
-        """Return the process id of a robot's navigator."""
+    def pid_of(self, name):
         return next(int(e["pid"]) for e in self.host.named("active") if e["robot"] == name)
 
-    def close(self) -> None:
+    def close(self):
         """End everything, whatever state it is in."""
         try:
             self.executor.shutdown()
@@ -198,7 +191,7 @@ class Swarm:
             self.host.end()
 
 
-def parameters(robot_id: int, pose: list[float], model: str = ROBOT) -> dict[str, Any]:
+def parameters(robot_id, pose, model=ROBOT):
     """Return the parameters of one navigator by dotted name."""
     spec = load_robot(model)
     limits = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")
@@ -217,15 +210,23 @@ StartSwarm = Callable[..., Swarm]
 
 
 @pytest.fixture(scope="module")
-def start_swarm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartSwarm]:
+def start_swarm(tmp_path_factory):
     """Yield a function that starts a swarm; all of them end with the module."""
     assert (share_directory() / "worlds").is_dir()
     with contextlib.ExitStack() as stack:
 
-        def start(count: int, **options: Any) -> Swarm:
+        def start(count, **options):
             domain = stack.enter_context(reserved_domain())
             swarm = Swarm(tmp_path_factory.mktemp("swarm"), domain, count, **options)
             stack.callback(swarm.close)
             return swarm
 
         yield start
+
+
+@pytest.fixture(scope="module")
+def swarm(start_swarm, request):
+    module = request.module
+    started = start_swarm(getattr(module, "ROBOTS", 2), **getattr(module, "OPTIONS", {}))
+    started.wait_until_active()
+    return started

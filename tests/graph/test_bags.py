@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 
@@ -29,7 +28,7 @@ LIMIT = 60.0  # [s] of wall time for anything to happen
 class Graph:
     """A node in a domain of its own, and processes in it."""
 
-    def __init__(self, domain: int, folder: Path) -> None:
+    def __init__(self, domain, folder):
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain)
         self.node: Node = rclpy.create_node("other", context=self._context, enable_rosout=False)
@@ -42,7 +41,7 @@ class Graph:
         self._folder = folder
         self.processes: list[subprocess.Popen[bytes]] = []
 
-    def start(self, *words: str) -> subprocess.Popen[bytes]:
+    def start(self, *words):
         """Start `ros2 bag WORDS`; what it says is in `said`."""
         with self._log.open("wb") as log:
             process = subprocess.Popen(
@@ -53,26 +52,26 @@ class Graph:
         return process
 
     @property
-    def _log(self) -> Path:
+    def _log(self):
         return self._folder / "log"
 
     @property
-    def said(self) -> str:
+    def said(self):
         return self._log.read_text()
 
-    def hear(self, topic: str, kind: type = String, **quality: object) -> list[bytes]:
+    def hear(self, topic, kind=String, **quality):
         heard: list[bytes] = []
         profile = QoSProfile(depth=5000, **quality)
         self.node.create_subscription(kind, topic, heard.append, profile, raw=True)
         return heard
 
-    def wait(self, condition: Callable[[], object]) -> None:
+    def wait(self, condition):
         end = time.monotonic() + LIMIT
         while not condition():
             assert time.monotonic() < end, self.said
             self._executor.spin_once(timeout_sec=0.05)
 
-    def play(self, *words: str) -> int:
+    def play(self, *words):
         """Play to the end; return the exit code."""
         process = self.start("play", *words)
         self.wait(lambda: process.poll() is not None)
@@ -81,7 +80,7 @@ class Graph:
             self._executor.spin_once(timeout_sec=0.05)
         return process.wait()
 
-    def close(self) -> None:
+    def close(self):
         for process in self.processes:
             process.kill()
             process.wait()
@@ -91,7 +90,7 @@ class Graph:
 
 
 @pytest.fixture
-def graph(tmp_path: Path) -> Iterator[Graph]:
+def graph(tmp_path):
     with reserved_domain() as domain:
         graph = Graph(domain, tmp_path)
         with contextlib.closing(graph):
@@ -145,7 +144,7 @@ def test_topics_offset_and_clock_are_rosbag2s(graph, tmp_path):
     assert "has none of these topics" in graph.said
 
 
-def message_time(data: bytes) -> int:
+def message_time(data):
     return int.from_bytes(data[4:8], "little") * 10**9 + int.from_bytes(data[8:12], "little")
 
 

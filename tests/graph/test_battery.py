@@ -77,10 +77,12 @@ def test_a_robot_tells_its_battery_and_charges_it(swarm):
     assert isnan(others[-1].battery)
 
 
-def test_a_robot_without_a_battery_has_no_such_topic(swarm):
+def test_a_robot_without_a_battery_has_no_such_topic_and_other_bytes_are_rejected(swarm):
     assert swarm.node.count_publishers("/Srobot1/battery_state") == 1
     assert swarm.node.count_publishers("/Srobot2/battery_state") == 0
     assert [t.name for t in ROBOT_TOPICS if t.is_optional] == ["battery_state"]
+    with pytest.raises(RejectedError):
+        read_battery(b"\x00\x01\x00\x00\x05")
 
 
 @pytest.mark.parametrize("status", SupplyStatus)
@@ -97,8 +99,3 @@ def test_a_message_without_a_charge_is_rejected(share):
     message.percentage = share
     with pytest.raises(RejectedError, match="percentage"):
         read_battery(serialize_message(message))
-
-
-def test_other_bytes_are_rejected():
-    with pytest.raises(RejectedError):
-        read_battery(b"\x00\x01\x00\x00\x05")

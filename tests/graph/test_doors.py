@@ -5,7 +5,6 @@ import math
 import struct
 import time
 from collections import Counter
-from typing import Any
 
 import numpy as np
 import pytest
@@ -58,14 +57,7 @@ TOPICS = {
 }
 
 
-@pytest.fixture(scope="module")
-def swarm(start_swarm):
-    started = start_swarm(2)
-    started.wait_until_active()
-    return started
-
-
-def counts(*processes: Any) -> Counter[str]:
+def counts(*processes):
     total: Counter[str] = Counter()
     for process in processes:
         for event in process.named("rejected"):
@@ -73,7 +65,7 @@ def counts(*processes: Any) -> Counter[str]:
     return total
 
 
-def check_that_all_go_on(swarm) -> None:
+def check_that_all_go_on(swarm):
     before = swarm.sim_time()
     swarm.spin_until(lambda: swarm.sim_time() > before + 2.0)
     assert swarm.host.named("died") == []
@@ -104,7 +96,7 @@ def test_only_its_navigator_drives_a_robot(swarm):
     """At b11a34e a second publisher drove it at full speed without a word."""
     places: list[tuple[float, float]] = []
 
-    def note(message: Odometry) -> None:
+    def note(message):
         place = message.pose.pose.position
         places.append((place.x, place.y))
 
@@ -127,14 +119,13 @@ def test_only_its_navigator_drives_a_robot(swarm):
     swarm.node.destroy_publisher(publisher)
 
 
-def drive(odom: Odometry) -> TwistStamped:
-    """Return the command that answers a tick, as the navigator's would."""
+def drive(odom):
     command = TwistStamped(header=odom.header)
     command.twist.linear.x = 0.26
     return command
 
 
-def wrong_maps() -> list[OccupancyGrid]:
+def wrong_maps():
     right = load_map(map_path("slim_blockage"))
     other = Grid(np.zeros((40, 40), np.int8), 0.05, -1.0, -1.0)
     messages = [ros_io.grid_msg(other, 0)]
@@ -157,7 +148,7 @@ def test_only_the_map_of_its_parameters_is_taken(swarm):
     swarm.node.destroy_publisher(publisher)
 
 
-def place(x: float, y: float = 0.0) -> PoseStamped:
+def place(x, y=0.0):
     stamped = PoseStamped()
     stamped.header.frame_id = "map"
     stamped.pose.position.x, stamped.pose.position.y = x, y
@@ -229,7 +220,7 @@ def test_many_plans_at_once_are_made_between_the_ticks_or_refused(swarm):
     swarm.spin_until(client.server_is_ready)
     ticks: set[tuple[int, int]] = set()
 
-    def count_tick(odom: Odometry) -> None:
+    def count_tick(odom):
         ticks.add((odom.header.stamp.sec, odom.header.stamp.nanosec))
 
     hearing = swarm.node.create_subscription(Odometry, "/Srobot2/odom", count_tick, 1000)

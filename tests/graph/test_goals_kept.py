@@ -47,16 +47,16 @@ class Server:
         assert self._goals.wait_for_service(20.0)
         assert self._results.wait_for_service(20.0)
 
-    def send(self, number: int) -> None:
+    def send(self, number):
         assert self.try_to_send(number)
         self.settle(0.05)
 
-    def try_to_send(self, number: int) -> bool:
+    def try_to_send(self, number):
         request = Wait.Impl.SendGoalService.Request()
         request.goal_id.uuid = [number] * 16
         return self.wait_for(self._goals.call_async(request)).accepted
 
-    def ask(self, number: int):
+    def ask(self, number):
         request = Wait.Impl.GetResultService.Request()
         request.goal_id.uuid = [number] * 16
         return self._results.call_async(request)
@@ -68,14 +68,14 @@ class Server:
             drain(self.executor)
         return future.result()
 
-    def settle(self, period: float) -> None:
+    def settle(self, period):
         end = time.monotonic() + period
         while time.monotonic() < end:
             drain(self.executor)
             time.sleep(0.005)
 
 
-def after(seconds: float) -> int:
+def after(seconds):
     return round(seconds / CONTROL_PERIOD)
 
 
@@ -142,7 +142,7 @@ def test_goals_are_canceled_by_id_by_stamp_or_all_together(node):
         server.clock.set(after(10.0 * number))
         server.send(number)
 
-    def cancel(number: int | None = None, seconds: int = 0):
+    def cancel(number=None, seconds=0):
         request = CancelGoal.Request()
         request.goal_info.stamp.sec = seconds
         if number is not None:

@@ -40,13 +40,6 @@ TYPES = {  # of the displays with headers
 
 
 @pytest.fixture(scope="module")
-def swarm(start_swarm):
-    started = start_swarm(2)
-    started.wait_until_active()
-    return started
-
-
-@pytest.fixture(scope="module")
 def relay(swarm, tmp_path_factory):
     log = tmp_path_factory.mktemp("relay") / "log"
     lock = DomainLock(swarm.domain)  # as swarm-up, without which swarm-commander looks for nobody
@@ -82,7 +75,6 @@ class Tree:
             self.places[one.child_frame_id] = (move.x, move.y, 2.0 * math.atan2(turn.z, turn.w))
 
     def way(self, frame):
-        """Return the frames from one to the root."""
         frames = [frame]
         while frames[-1] in self.parents:
             frames.append(self.parents[frames[-1]])
@@ -139,7 +131,6 @@ def test_every_link_of_every_model_is_in_one_tree_under_map(swarm, relay, tmp_pa
 
 
 def frames_of(message):
-    """Return the frames that a message of a display is in."""
     parts = getattr(message, "markers", None)
     return {part.header.frame_id for part in ([message] if parts is None else parts)}
 

@@ -37,13 +37,6 @@ SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 FREE_PLACES = (Pose(-2.9, -0.6, math.pi), Pose(-1.6, -0.6, math.pi))  # Srobot2 is far from both
 
 
-@pytest.fixture(scope="module")
-def swarm(start_swarm):
-    started = start_swarm(2)
-    started.wait_until_active()
-    return started
-
-
 def now_of_the_wall():
     """What a client stamps with that does not use simulated time."""
     return Time(nanoseconds=time.time_ns(), clock_type=ClockType.ROS_TIME).to_msg()
@@ -130,7 +123,6 @@ def test_a_program_learns_why_its_goal_is_refused(swarm, spoil, reason):
 
 
 def start_of_plan(swarm, frame):
-    """Return where a plan begins whose start is the origin of a frame of Srobot1, and the error."""
     goal = action.ComputePathToPose.Goal(use_start=True, goal=stamped(ahead(swarm, 0.5)))
     goal.start.header.frame_id = frame
     result = run(swarm, action.ComputePathToPose, "compute_path_to_pose", goal).result
@@ -447,7 +439,7 @@ def test_changes_make_the_old_costmap_the_new_one(swarm):
         swarm.node.destroy_subscription(subscription)
 
 
-def test_parameters_are_described_with_their_ranges(swarm):
+def test_what_is_beyond_a_range_is_refused_and_described(swarm):
     kind = DescribeParameters
     names = ["costmap.inflation_radius", "vx_samples", "traffic.confirmations", "holding.mode",
              "planner.allow_unknown", "robot_id", "robot.wheel_radius", "max_vel_x"]  # fmt: skip
@@ -465,9 +457,6 @@ def test_parameters_are_described_with_their_ranges(swarm):
     assert found["holding.mode"].additional_constraints == "one of circuit, park, auto"
     read_only = {name for name in names if found[name].read_only}
     assert read_only == {"traffic.confirmations", "robot_id", "robot.wheel_radius"}
-
-
-def test_what_is_beyond_a_range_is_refused_with_our_reason(swarm):
     value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=51.0)
     parameter = Parameter(name="costmap.inflation_radius", value=value)
     kind = SetParameters

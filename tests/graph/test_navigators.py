@@ -88,11 +88,7 @@ SHARED_TOPICS = {"/clock", "/map", "/parameter_events", "/rosout"}
 SHARED_SPACES = ("/sim/", "/tester/")
 
 
-@pytest.fixture(scope="module")
-def swarm(start_swarm):
-    started = start_swarm(3)
-    started.wait_until_active()
-    return started
+ROBOTS = 3
 
 
 def collect(swarm, kind, topic, quality=10, count=1):
@@ -169,7 +165,7 @@ def test_scans_come_in_the_namespace_of_the_robot_and_its_navigator_listens(swar
         swarm.spin_until(lambda: (f"/{name}", "navigator") in listeners(f"/{name}/scan"))  # noqa: B023
 
 
-def test_odometry_comes_every_tick(swarm):
+def test_odometry_map_costmap_and_verdict_are_there(swarm):
     """A tick that a robot is slow to answer is published again: as it was, with its stamp."""
     ticks = {}
 
@@ -185,20 +181,11 @@ def test_odometry_comes_every_tick(swarm):
     assert list(ticks) == list(range(first, first + len(ticks)))
     header = ticks[first].header
     assert (header.frame_id, ticks[first].child_frame_id) == ("odom", "base_footprint")
-
-
-def test_the_map_is_there(swarm):
     grid = collect(swarm, OccupancyGrid, "/map", LATCHED)[0]
     assert grid.info.resolution == pytest.approx(0.05)
-
-
-def test_costmap_has_the_scale_of_nav2(swarm):
     costmap = collect(swarm, OccupancyGrid, "/Srobot2/local_costmap/costmap", LATCHED)[0]
     assert costmap.info.width * costmap.info.resolution == pytest.approx(3.0, abs=0.2)
     assert set(costmap.data) <= set(range(-1, 101))
-
-
-def test_world_reports_its_verdict(swarm):
     verdict = collect(swarm, Verdict, "/sim/verdict")[0]
     assert verdict.robots == 3
     assert verdict.collisions_robot_robot == verdict.collisions_robot_world == 0
@@ -218,15 +205,12 @@ def get_parameter(swarm, name):
     return swarm.call(GetParameters, "/Srobot3/navigator/get_parameters", request).values[0]
 
 
-def test_parameters_can_be_read_and_set(swarm):
+def test_parameters_of_the_brain_can_be_read_and_set(swarm):
     assert get_parameter(swarm, "max_vel_x").double_value == pytest.approx(0.26)
     assert get_parameter(swarm, "use_sim_time").bool_value
     assert get_parameter(swarm, "robot_id").integer_value == 3
     assert set_parameter(swarm, "max_vel_x", 0.15).successful
     assert get_parameter(swarm, "max_vel_x").double_value == 0.15
-
-
-def test_all_parameters_of_the_brain_are_ros_parameters(swarm):
     names = list(parameter_values(NavConfig()))
     request = GetParameters.Request(names=names)
     answer = swarm.call(GetParameters, "/Srobot3/navigator/get_parameters", request)

@@ -1,21 +1,14 @@
 """Navigators of a large swarm: servers that few clients use come when they are asked for."""
 
-import pytest
 from geometry_msgs.msg import Point
 from nav2_msgs.action import BackUp, DriveOnHeading, Spin
 from nav2_msgs.msg import Costmap
-from rcl_interfaces.srv import GetParameters
 from rclpy.action import ActionClient
 
 from swarm_common.middleware.ros_io import LATCHED
 from tests.graph.conftest import START_LIMIT
 
-
-@pytest.fixture(scope="module")
-def swarm(start_swarm):
-    started = start_swarm(2, on_demand=True)
-    started.wait_until_active()
-    return started
+OPTIONS = dict(on_demand=True)
 
 
 def services_of(swarm, name):
@@ -67,9 +60,3 @@ def test_raw_costmaps_come_for_their_listener(swarm):
     swarm.spin_until(lambda: heard, START_LIMIT)
     assert "/Srobot1/local_costmap/costmap_raw" not in topics()
     swarm.node.destroy_subscription(subscription)
-
-
-def test_parameters_can_be_read(swarm):
-    request = GetParameters.Request(names=["robot_id", "use_sim_time"])
-    answer = swarm.call(GetParameters, "/Srobot2/navigator/get_parameters", request)
-    assert (answer.values[0].integer_value, answer.values[1].bool_value) == (2, True)

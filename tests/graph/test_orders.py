@@ -4,9 +4,6 @@ import json
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -23,11 +20,10 @@ ORDERS = 12
 
 
 @pytest.fixture
-def robots() -> Iterator[subprocess.Popen[bytes]]:
+def robots():
     """Start four fake robots."""
     command = (sys.executable, "-m", "tests.fakes.ros_robots", str(COUNT), "--mute", "Srobot3")
     process = subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE)
-    assert process.stdout is not None
     assert process.stdout.readline() == b"ready\n"
     yield process
     process.terminate()
@@ -37,7 +33,7 @@ def robots() -> Iterator[subprocess.Popen[bytes]]:
 class Party(Runner):
     """The process of a station, or of a robot's courier."""
 
-    def __init__(self, folder: Path, kind: str, number: int, **config: Any) -> None:
+    def __init__(self, folder, kind, number, **config):
         parties = {f"station_{i}": [name] for i, name in enumerate(STATIONS, 1)}
         parties |= {f"courier_{i}": [f"Srobot{i}"] for i in range(1, COUNT + 1)}
         common = {

@@ -1,6 +1,5 @@
 """Robots with names of their own: Nav2's clients, words of the robots, newcomers, frames."""
 
-import pytest
 from lifecycle_msgs.srv import GetState
 from rcl_interfaces.srv import GetParameters
 from simulation_interfaces.msg import Result
@@ -19,11 +18,8 @@ from tests.graph.conftest import ROBOT, START_LIMIT
 NAMES = RobotNames(("amr_beta", "amr_alpha"), "agv{:02}")
 
 
-@pytest.fixture(scope="module")
-def swarm(start_swarm):
-    started = start_swarm(3, names=NAMES)
-    started.wait_until_active()
-    return started
+ROBOTS = 3
+OPTIONS = dict(names=NAMES)
 
 
 def test_a_client_of_nav2_drives_a_robot_in_its_namespace(swarm):
@@ -38,19 +34,15 @@ def test_a_client_of_nav2_drives_a_robot_in_its_namespace(swarm):
 
 
 def read_start_of(swarm, robot):
-    """Return number and start of a robot, as its navigator has them."""
     names = ["robot_id", *(f"initial_pose.{name}" for name in ("x", "y", "yaw"))]
     request = GetParameters.Request(names=names)
     values = swarm.call(GetParameters, f"/{robot}/navigator/get_parameters", request).values
     return values[0].integer_value, Pose(*(value.double_value for value in values[1:]))
 
 
-def test_numbers_are_places_in_the_list_and_not_digits_of_names(swarm):
+def test_numbers_are_places_in_the_list_and_robots_call_each_other_by_name(swarm):
     assert [read_start_of(swarm, name)[0] for name in swarm.names] == [1, 2, 3]
-
-
-def test_robots_call_each_other_by_name(swarm):
-    """One is sent to where another stands, and says for whom it waits."""
+    # One is sent to where another stands, and says for whom it waits.
     said = []
     topic = "/amr_beta/status"
     subscription = swarm.node.create_subscription(RobotStatus, topic, said.append, 10)

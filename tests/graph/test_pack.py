@@ -3,14 +3,8 @@
 import os
 import signal
 
-import pytest
-
-
-@pytest.fixture(scope="module")
-def swarm(start_swarm):
-    started = start_swarm(3, pack=3, fork_server="tests.fakes.failing_host")
-    started.wait_until_active()
-    return started
+ROBOTS = 3
+OPTIONS = dict(pack=3, fork_server="tests.fakes.failing_host")
 
 
 def navigators_in(swarm):

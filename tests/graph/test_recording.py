@@ -8,9 +8,7 @@ import subprocess
 import sys
 import time
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 import rclpy
@@ -20,7 +18,6 @@ from mcap_ros2.decoder import DecoderFactory
 from nav_msgs.msg import Odometry
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rosbags.highlevel import AnyReader
@@ -38,7 +35,7 @@ from swarm_ros2 import command_line
 from swarm_run.domain import DomainLock
 from tests.fakes.ros_domains import reserved_domain
 from tests.fakes.rviz_topics import named_topics
-from tests.graph.conftest import Process, Swarm
+from tests.graph.conftest import Process
 
 PATTERNS = "status,odom,scan,tf,tf_static,robot_description,plan,amcl_pose,beacon,particle_cloud"
 TYPES = {  # what each display and tool of RViz is made for
@@ -57,14 +54,14 @@ Heard = dict[str, list[bytes]]
 
 
 @pytest.fixture(scope="module")
-def swarm(start_swarm: Callable[..., Swarm]) -> Swarm:
+def swarm(start_swarm):
     swarm = start_swarm(2)
     swarm.wait_until_active()
     return swarm
 
 
 @pytest.fixture
-def recorder(swarm: Swarm, tmp_path: Path) -> Iterator[Process]:
+def recorder(swarm, tmp_path):
     config = {
         "path": str(tmp_path / "recording.mcap"),
         "robots": swarm.names,
@@ -80,7 +77,7 @@ def recorder(swarm: Swarm, tmp_path: Path) -> Iterator[Process]:
     process.end()
 
 
-def listen(node: Node, names: list[str]) -> tuple[Heard, list[Any]]:
+def listen(node, names):
     """Hear the same topics as the recorder, by rclpy's own subscriptions."""
     heard: Heard = defaultdict(list)
     subscriptions = [
@@ -96,7 +93,7 @@ def listen(node: Node, names: list[str]) -> tuple[Heard, list[Any]]:
     return heard, subscriptions
 
 
-def read_with_mcap(path: Path) -> Heard:
+def read_with_mcap(path):
     found: Heard = defaultdict(list)
     with path.open("rb") as stream:
         for _, channel, message in make_reader(stream, validate_crcs=True).iter_messages():
@@ -104,7 +101,7 @@ def read_with_mcap(path: Path) -> Heard:
     return found
 
 
-def read_with_rosbags(path: Path) -> Heard:
+def read_with_rosbags(path):
     found: Heard = defaultdict(list)
     with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
         for link, _, data in reader.messages():
@@ -177,7 +174,6 @@ def test_a_run_is_recorded_from_the_middle_and_told_of_as_rosbag2_does(swarm, tm
         ) as process,
     ):
         stack.callback(lock.release)
-        assert process.stderr is not None
         assert process.stderr.readline().startswith("recording 2 robots to ")
         swarm.spin_until((folder / "metadata.yaml").exists)
         swarm.spin(3.0)
@@ -200,7 +196,7 @@ def test_the_clock_is_fine_while_somebody_listens_and_odometry_has_variances(swa
     stamps: list[float] = []
     odometry: list[Odometry] = []
 
-    def note(message: Clock) -> None:
+    def note(message):
         stamps.append(message.clock.sec + 1e-9 * message.clock.nanosec)
 
     make = swarm.node.create_subscription
@@ -241,7 +237,6 @@ def test_the_delay_by_the_simulations_clock_is_short(swarm):
     with subprocess.Popen(
         (sys.executable, "-m", "swarm_ros2", *words), env=environ, stdout=subprocess.PIPE, text=True
     ) as process:
-        assert process.stdout is not None
         line = process.stdout.readline()
         process.kill()
     assert abs(float(line.removeprefix("average delay: "))) < 5.0
@@ -306,7 +301,7 @@ def test_a_bag_is_played_on_the_graph(swarm, recorder, tmp_path):
 
 
 @contextlib.contextmanager
-def listener(domain: int) -> Iterator[tuple[Node, SingleThreadedExecutor]]:
+def listener(domain):
     """Yield a node in a domain of its own."""
     context = Context()
     rclpy.init(context=context, domain_id=domain)
@@ -321,7 +316,7 @@ def listener(domain: int) -> Iterator[tuple[Node, SingleThreadedExecutor]]:
         context.try_shutdown()
 
 
-def graph_types(swarm: Swarm) -> dict[str, list[str]]:
+def graph_types(swarm):
     return dict(swarm.node.get_topic_names_and_types())
 
 

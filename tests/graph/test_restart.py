@@ -19,13 +19,6 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 DRIVEN = 1.5  # [m] before it is killed
 
 
-@pytest.fixture(scope="module")
-def swarm(start_swarm):
-    started = start_swarm(2)
-    started.wait_until_active()
-    return started
-
-
 @pytest.fixture
 def truth(swarm):
     """Yield a list of the true poses of the first robot."""

@@ -1,7 +1,5 @@
 """The `ros2` command against a node with one of everything."""
 
-from __future__ import annotations
-
 import io
 import math
 import os
@@ -11,7 +9,6 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -24,10 +21,9 @@ NODE = "/Srobot1/sample"
 
 
 @pytest.fixture(scope="module", autouse=True)
-def sample() -> Iterator[subprocess.Popen[bytes]]:
+def sample():
     process = subprocess.Popen([sys.executable, str(SAMPLE)], stdout=subprocess.PIPE)
     try:
-        assert process.stdout is not None
         assert process.stdout.readline() == b"ready\n"
         yield process
     finally:
@@ -36,18 +32,18 @@ def sample() -> Iterator[subprocess.Popen[bytes]]:
 
 
 @pytest.fixture
-def ros2(capfd: pytest.CaptureFixture[str]) -> Ros2:
+def ros2(capfd):
     return Ros2(capfd)
 
 
 class Ros2:
     """Runs a command line; keeps what it printed."""
 
-    def __init__(self, capture: pytest.CaptureFixture[str]) -> None:
+    def __init__(self, capture):
         self._capture = capture
         self.err = ""
 
-    def __call__(self, *arguments: str, code: int = 0) -> str:
+    def __call__(self, *arguments, code=0):
         self._capture.readouterr()
         assert command_line.run(arguments) == code
         out, self.err = self._capture.readouterr()
@@ -81,103 +77,66 @@ def test_a_process_that_had_no_time_to_announce_itself_is_waited_for(ros2, sampl
         timer.join()
 
 
-def test_topic_info_counts_both_sides(ros2):
+def test_topic_info_type_find_and_options(ros2):
     expected = "Type: std_msgs/msg/String\nPublisher count: 0\nSubscription count: 1\n"
     assert ros2("topic", "info", "/Srobot1/say") == expected
-
-
-def test_topic_info_verbose_shows_the_quality_of_service(ros2):
     text = ros2("topic", "info", "-v", "/Srobot1/scan")
     assert "Node name: sample\nNode namespace: /Srobot1\n" in text
     assert "Topic type hash: RIHS01_" in text
     assert "  Reliability: BEST_EFFORT\n" in text
-
-
-def test_topic_type_and_find(ros2):
     assert ros2("topic", "type", "/Srobot1/odom") == "nav_msgs/msg/Odometry\n"
     assert ros2("topic", "find", "nav_msgs/msg/Odometry") == "/Srobot1/odom\n"
-
-
-def test_found_topics_and_services_are_counted(ros2):
     assert ros2("topic", "find", "-c", "nav_msgs/msg/Odometry") == "1\n"
     assert ros2("service", "find", "-c", "std_srvs/srv/SetBool") == "1\n"
-
-
-def test_options_of_ros2cli_that_mean_nothing_here_are_taken(ros2):
     common = ("--no-daemon", "--spin-time", "2", "--use-sim-time")
     assert "/Srobot1/odom" in ros2("topic", "list", *common).splitlines()
     assert ros2("node", "list", "-s", "--no-daemon") == f"{NODE}\n"
     assert "max_vel_x" in ros2("param", "list", NODE, "--include-hidden-nodes", *common)
-
-
-def test_unknown_topic_is_an_error(ros2):
     ros2("topic", "info", "/nowhere", code=1)
     assert ros2.err == "Unknown topic '/nowhere'\n"
 
 
-def test_echo_once_prints_one_message(ros2):
+def test_echo_of_messages_fields_and_arrays(ros2):
     text = ros2("topic", "echo", "--once", "/Srobot1/odom")
     assert text.startswith("header:\n  stamp:\n    sec: 0\n    nanosec: 0\n  frame_id: ''\n")
     assert text.endswith("---\n")
     assert text.count("---\n") == 1
     assert "      x: 1.5\n" in text
-
-
-def test_echo_of_a_field(ros2):
     text = ros2("topic", "echo", "--once", "/Srobot1/odom", "--field", "pose.pose.position")
     assert text == "x: 1.5\ny: 0.0\nz: 0.0\n---\n"
     assert ros2("topic", "echo", "--once", "/Srobot1/odom", "--field", "pose.pose.position.x") == (
         "1.5\n---\n"
     )
-
-
-def test_echo_adapts_to_best_effort_and_abbreviates_arrays(ros2):
     text = ros2("topic", "echo", "--once", "/Srobot1/scan", "--no-arr")
     assert "ranges: '<sequence type: float, length: 360>'\n" in text
-
-
-def test_echo_truncates_long_arrays(ros2):
     text = ros2("topic", "echo", "--once", "/Srobot1/scan", "--field", "ranges")
     assert text.count("0.5") == 128
     assert "..." in text
-
-
-def test_echo_hears_what_was_published_before(ros2):
     assert ros2("topic", "echo", "--once", "/Srobot1/description") == "data: a robot\n---\n"
-
-
-def test_echo_of_a_type_that_is_not_installed(ros2):
     ros2("topic", "echo", "--once", "/Srobot1/odom", "no_msgs/msg/Nothing", code=1)
     assert "'no_msgs/msg/Nothing' is not installed here" in ros2.err
 
 
-def measure(verb: str, topic: str, count: int) -> list[str]:
+def measure(verb, topic, count):
     """Return the first lines of a verb that runs until Ctrl-C."""
     command = [sys.executable, "-m", "swarm_ros2", "topic", verb, topic]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=own_path()) as process:
-        assert process.stdout is not None
         lines = [process.stdout.readline() for _ in range(count)]
         process.send_signal(signal.SIGINT)
         assert process.wait(60) == 2  # ros2cli returns signal.SIGINT
     return lines
 
 
-def test_bw_measures_the_bandwidth():
+def test_bandwidth_delay_and_rate_are_measured():
     lines = measure("bw", "/Srobot1/scan", 3)
     assert lines[0] == "Subscribed to [/Srobot1/scan]\n"
     assert re.fullmatch(r"[\d.]+ KB/s from \d+ messages\n", lines[1])
     size = r"1\.\d\d KB"
     assert re.fullmatch(rf"\tMessage size mean: {size} min: {size} max: {size}\n", lines[2])
-
-
-def test_delay_measures_the_age_of_messages():
     lines = measure("delay", "/Srobot1/odom", 2)
     age = float(lines[0].removeprefix("average delay: "))
     assert abs(age - time.time()) < 100.0  # the sample's stamps are 0
     assert re.fullmatch(r"\tmin: [\d.]+s max: [\d.]+s std dev: [\d.]+s window: \d+\n", lines[1])
-
-
-def test_hz_measures_the_rate():
     lines = measure("hz", "/Srobot1/scan", 4)
     rate = float(lines[2].removeprefix("average rate: "))
     assert 5.0 < rate < 26.0  # 20, less on a busy machine
@@ -207,53 +166,38 @@ def test_pub_reaches_the_node(ros2):
     assert out == "data: hello\n---\n"
 
 
-def test_pub_refuses_an_unknown_field(ros2):
+def test_pub_refuses_waits_and_reads_standard_input(ros2, monkeypatch):
     ros2("topic", "pub", "--once", "/x", "std_msgs/msg/String", "{dat: a}", code=1)
     assert "'String' has no field 'dat'; it has data" in ros2.err
-
-
-def test_pub_waits_for_listeners_no_longer_than_it_is_told(ros2):
     words = ("--once", "--max-wait-time-secs", "0.3", "--node-name", "speaker")
     ros2("topic", "pub", *words, "/nobody_hears", "std_msgs/msg/String", code=1)
     assert "Expected 1 subscribers but only got 0" in ros2.err
-
-
-def test_values_come_from_standard_input(ros2, monkeypatch):
     monkeypatch.setattr(sys, "stdin", io.StringIO("data: true\n"))
     text = ros2("service", "call", "/Srobot1/switch", "std_srvs/srv/SetBool", "--stdin")
     assert "SetBool_Request(data=True)" in text
     assert "SUCCEEDED" in ros2("action", "send_goal", "/Srobot1/wait", "nav2_msgs/action/Wait")
 
 
-def test_node_list_and_info(ros2):
+def test_nodes_are_listed_and_told(ros2):
     assert ros2("node", "list") == f"{NODE}\n"
     text = ros2("node", "info", NODE)
     assert text.startswith(f"{NODE}\n  Subscribers:\n    /Srobot1/say: std_msgs/msg/String\n")
     assert "    /Srobot1/switch: std_srvs/srv/SetBool\n" in text
     assert "  Action Servers:\n    /Srobot1/wait: nav2_msgs/action/Wait\n" in text
-
-
-def test_unknown_node_is_an_error(ros2):
     ros2("node", "info", "/nobody", code=1)
     assert ros2.err == "Unable to find node '/nobody'\n"
 
 
-def test_service_list_and_call(ros2):
+def test_services_are_listed_called_counted_and_found(ros2):
     assert "/Srobot1/switch [std_srvs/srv/SetBool]\n" in ros2("service", "list", "-t")
     text = ros2("service", "call", "/Srobot1/switch", "std_srvs/srv/SetBool", "{data: true}")
     assert "requester: making request: std_srvs.srv.SetBool_Request(data=True)\n\n" in text
     expected = "std_srvs.srv.SetBool_Response(success=True, message='as you say')"
     assert f"response:\n{expected}\n" in text
-
-
-def test_service_info_counts_both_sides(ros2):
     expected = "Type: std_srvs/srv/SetBool\nClients count: 0\nServices count: 1\n"
     assert ros2("service", "info", "/Srobot1/switch") == expected
     ros2("service", "info", "/nowhere", code=1)
     assert ros2.err == "Unknown service '/nowhere'\n"
-
-
-def test_service_type_and_find(ros2):
     assert ros2("service", "type", "/Srobot1/switch") == "std_srvs/srv/SetBool\n"
     assert ros2("service", "find", "std_srvs/srv/SetBool") == "/Srobot1/switch\n"
 
@@ -305,22 +249,13 @@ def test_param_describe_load_and_delete(ros2, tmp_path):
     assert "Deleting parameter failed" in ros2.err  # rclpy: it is statically typed
 
 
-def test_a_parameter_that_is_not_there_is_not_described(ros2):
+def test_what_is_wrong_with_a_parameter_is_told(ros2):
     ros2("param", "describe", NODE, "max_vel", code=1)
     assert "unknown parameter 'max_vel'" in ros2.err
-
-
-def test_refused_parameter_gives_the_reason(ros2):
     ros2("param", "set", NODE, "max_vel_x", "-1.0", code=1)
     assert ros2.err == "Setting parameter failed: max_vel_x must not be negative\n"
-
-
-def test_a_parameter_that_is_not_there_is_named(ros2):
     ros2("param", "set", NODE, "max_vel", "0.1", code=1)
     assert "unknown parameter 'max_vel' in /Srobot1/sample; did you mean 'max_vel_x'?" in ros2.err
-
-
-def test_an_integer_for_a_double_is_said_how_to_write(ros2):
     ros2("param", "set", NODE, "max_vel_x", "99", code=1)
     assert ros2.err == "Setting parameter failed: max_vel_x is a double; write 99.0\n"
 
@@ -355,7 +290,7 @@ def test_interface_packages_package_and_proto(ros2):
     assert ros2("interface", "proto", "std_srvs/srv/SetBool", "--no-quotes") == "data: false\n\n"
 
 
-def program(*words: str) -> subprocess.CompletedProcess[str]:
+def program(*words):
     command = [sys.executable, "-m", "swarm_ros2", *words]
     return subprocess.run(command, env=own_path(), capture_output=True, text=True, check=False)
 
@@ -382,6 +317,5 @@ def test_real_ros2_is_preferred(tmp_path):
     assert sys.prefix not in result.stdout
 
 
-def own_path() -> dict[str, str]:
-    """Return an environment in which no other ros2 is on PATH."""
+def own_path():
     return os.environ | {"PATH": os.path.dirname(sys.executable)}

@@ -7,7 +7,6 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -15,7 +14,6 @@ import rclpy
 from geometry_msgs.msg import Twist
 from nav2_msgs.action import AssistedTeleop
 from rclpy.action import ActionServer
-from rclpy.action.server import ServerGoalHandle
 from rclpy.executors import MultiThreadedExecutor
 from std_msgs.msg import Empty
 from swarm_interfaces.msg import RobotStatus
@@ -31,7 +29,7 @@ LIMIT = 60.0  # [s] of wall time, on a busy machine
 class Robot:
     """A robot that may be driven by hand, in a domain that a swarm has."""
 
-    def __init__(self, domain: int) -> None:
+    def __init__(self, domain):
         self.domain = domain
         self.lock = DomainLock(domain)
         self.is_given_back = threading.Event()
@@ -49,15 +47,15 @@ class Robot:
         self._thread = threading.Thread(target=self._executor.spin, daemon=True)
         self._thread.start()
 
-    def _receive_end(self, _: Empty) -> None:
+    def _receive_end(self, _):
         self.is_given_back.set()
 
-    def _execute(self, goal: ServerGoalHandle) -> AssistedTeleop.Result:
+    def _execute(self, goal):
         self.is_given_back.wait(LIMIT)
         goal.succeed()
         return AssistedTeleop.Result()
 
-    def close(self) -> None:
+    def close(self):
         self.is_given_back.set()
         self.lock.release()
         time.sleep(0.2)  # for the goal to end
@@ -69,20 +67,20 @@ class Robot:
 
 
 @pytest.fixture
-def robot() -> Iterator[Robot]:
+def robot():
     with reserved_domain() as domain:
         one = Robot(domain)
         yield one
         one.close()
 
 
-def drive(robot: Robot, **streams: object) -> "subprocess.Popen[bytes]":
+def drive(robot, **streams):
     environment = os.environ | {"PYTHONPATH": str(ROOT), "ROS_DOMAIN_ID": str(robot.domain)}
     command = (sys.executable, "-c", CODE, "Srobot1")
-    return subprocess.Popen(command, env=environment, **streams)  # type: ignore[call-overload]
+    return subprocess.Popen(command, env=environment, **streams)
 
 
-def read_until(descriptor: int, sign: bytes) -> bytes:
+def read_until(descriptor, sign):
     text, end = b"", time.monotonic() + LIMIT
     while sign not in text:
         assert time.monotonic() < end, text
@@ -93,7 +91,6 @@ def read_until(descriptor: int, sign: bytes) -> bytes:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_gives_the_robot_back(robot, number):
     process = drive(robot, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-    assert process.stdout is not None
     read_until(process.stdout.fileno(), b"Srobot1 is yours")
     process.send_signal(number)
     text, _ = process.communicate(timeout=LIMIT)

@@ -10,7 +10,6 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +31,7 @@ COMMAND = "from swarm_commander.cli.main import {0}; {0}()"
 HAS_BROKER = shutil.which("mosquitto", path=os.environ["PATH"] + ":/usr/sbin") is not None
 
 
-def free_port() -> int:
+def free_port():
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
@@ -41,7 +40,7 @@ def free_port() -> int:
 class Listener:
     """Hears everything, and remembers it."""
 
-    def __init__(self, port: int) -> None:
+    def __init__(self, port):
         self.messages: list[tuple[str, str, dict[str, Any]]] = []  # robot, topic, content
         self.client = mqtt.Client(CallbackAPIVersion.VERSION2)
         self.client.on_connect = lambda client, *_: client.subscribe("uagv/v2/swarm/#")
@@ -49,29 +48,29 @@ class Listener:
         self.client.connect("127.0.0.1", port)
         self.client.loop_start()
 
-    def _hear(self, _client: object, _data: object, message: mqtt.MQTTMessage) -> None:
+    def _hear(self, _client, _data, message):
         robot, topic = message.topic.split("/")[-2:]
         with contextlib.suppress(ValueError):
             self.messages.append((robot, topic, json.loads(message.payload)))
 
-    def all(self, robot: str, topic: str) -> list[dict[str, Any]]:
+    def all(self, robot, topic):
         return [m for who, what, m in list(self.messages) if (who, what) == (robot, topic)]
 
-    def state(self, robot: str) -> dict[str, Any]:
+    def state(self, robot):
         return self.all(robot, "state")[-1]
 
-    def send(self, robot: str, topic: str, content: object) -> None:
+    def send(self, robot, topic, content):
         payload = content if isinstance(content, bytes) else json.dumps(content).encode()
         self.client.publish(f"uagv/v2/swarm/{robot}/{topic}", payload)
 
-    def wait(self, is_true: Callable[[], bool], what: str) -> None:
+    def wait(self, is_true, what):
         end = time.monotonic() + LIMIT
         while not is_true():
             assert time.monotonic() < end, (what, self.messages[-3:])
             time.sleep(0.05)
 
-    def await_error(self, robot: str, kind: str, word: str) -> None:
-        def is_there() -> bool:
+    def await_error(self, robot, kind, word):
+        def is_there():
             errors = self.state(robot)["errors"]
             return any(kind == e["errorType"] and word in e["errorDescription"] for e in errors)
 
@@ -79,7 +78,7 @@ class Listener:
 
 
 @pytest.fixture(scope="module")
-def swarm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Listener, int, Any, Any]]:
+def swarm(tmp_path_factory):
     folder, port = tmp_path_factory.mktemp("vda5050"), free_port()
     flags = ("--swarm-size", "5", "--world", WORLD, "--vda5050", f"embedded:{port}")
     flags += (
@@ -96,7 +95,7 @@ def swarm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Listener, 
     with reserved_domain() as domain, log.open("w", encoding="utf-8") as output:
         environment = os.environ | {"PYTHONPATH": str(ROOT), "ROS_DOMAIN_ID": str(domain)}
 
-        def start(name: str, *words: str) -> subprocess.Popen[bytes]:
+        def start(name, *words):
             command = (sys.executable, "-c", COMMAND.format(name), *words)
             return subprocess.Popen(
                 command, env=environment, cwd=folder, stdout=output, stderr=output
@@ -116,7 +115,7 @@ def swarm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Listener, 
             up.wait(timeout=LIMIT)
 
 
-def kill_broker(up: subprocess.Popen[bytes]) -> None:
+def kill_broker(up):
     (broker,) = (
         child for child in psutil.Process(up.pid).children(recursive=True)
         if child.name() == "mosquitto"
@@ -124,13 +123,13 @@ def kill_broker(up: subprocess.Popen[bytes]) -> None:
     broker.kill()
 
 
-def is_online_again(robot: str, listener: Listener) -> bool:
+def is_online_again(robot, listener):
     """Whether a robot whose connection broke has another one; what is sent before is lost."""
     told = [message["connectionState"] for message in listener.all(robot, "connection")]
     return "CONNECTIONBROKEN" in told and told[-1] == "ONLINE"
 
 
-def order_from(state: dict[str, Any], order_id: str, x: float, y: float, *actions: Any) -> Any:
+def order_from(state, order_id, x, y, *actions):
     """Return an order from where a robot is to a place."""
     here = state["agvPosition"]
     nodes = [
@@ -141,7 +140,7 @@ def order_from(state: dict[str, Any], order_id: str, x: float, y: float, *action
     return header() | {"serialNumber": state["serialNumber"]} | parts
 
 
-def round_the_corner(state: dict[str, Any]) -> Any:
+def round_the_corner(state):
     """Return an order in a corridor that does not lead straight to its end."""
     content = order_from(state, "corner", 0.0, -2.0)
     here = state["agvPosition"]

@@ -6,7 +6,6 @@ import subprocess
 import sys
 import threading
 import time
-from pathlib import Path
 
 import numpy as np
 import psutil
@@ -42,8 +41,7 @@ def domain(monkeypatch):
         yield reserved
 
 
-def _processes(folder: Path) -> list[psutil.Process]:
-    """Return the processes whose command line names a folder."""
+def _processes(folder):
     return [
         process
         for process in psutil.process_iter(["cmdline"])
@@ -51,14 +49,14 @@ def _processes(folder: Path) -> list[psutil.Process]:
     ]
 
 
-def _wait_until_gone(folder: Path) -> None:
+def _wait_until_gone(folder):
     end = time.monotonic() + END_LIMIT
     while left := _processes(folder):
         assert time.monotonic() < end, left
         time.sleep(0.2)
 
 
-def _drive_and_fail(folder: Path) -> None:
+def _drive_and_fail(folder):
     """Use a swarm, lose its processes, and leave its block by an exception."""
     with Swarm(robots=2, drive="planar", run_dir=folder) as swarm:
         assert swarm.time == 0.0
@@ -115,7 +113,7 @@ def test_goals_over_ros_a_swarm_that_dies_and_an_exception(domain, tmp_path):
 class _PlainNode:
     """Drives a robot at a constant speed, by commands without a stamp, 20 times a second."""
 
-    def __init__(self, domain: int, robot: str, speed: float) -> None:
+    def __init__(self, domain, robot, speed):
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain)
         self._node = rclpy.create_node("plain", context=self._context, enable_rosout=False)
@@ -126,11 +124,11 @@ class _PlainNode:
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
 
-    def _run(self) -> None:
+    def _run(self):
         while not self._end.wait(0.05):
             self._publisher.publish(self._message)
 
-    def close(self) -> None:
+    def close(self):
         self._end.set()
         self._thread.join()
         self._node.destroy_node()
@@ -180,7 +178,6 @@ def test_two_swarms_end_with_a_program_that_is_killed(domain, tmp_path):
     with subprocess.Popen(
         (sys.executable, "-c", TWO, str(tmp_path)), stdout=subprocess.PIPE, text=True
     ) as program:
-        assert program.stdout is not None
         assert program.stdout.readline().split() == ["0.5", "0.2"]
         program.kill()
     _wait_until_gone(tmp_path)

@@ -2,9 +2,8 @@
 
 import os
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import ExitStack
-from pathlib import Path
 
 import pytest
 
@@ -14,7 +13,7 @@ StartHosts = Callable[[int], HostSwarm]
 
 
 @pytest.fixture
-def start_hosts(tmp_path: Path) -> Iterator[StartHosts]:
+def start_hosts(tmp_path):
     """Yield a function that makes hosts; they and all that runs on them go with the test."""
     if os.geteuid() != 0 or shutil.which("ip") is None:
         pytest.skip("network namespaces need root and the command ip (iproute2)")

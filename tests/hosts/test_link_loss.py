@@ -1,20 +1,16 @@
 """The link to a host is lost, for some seconds or for good."""
 
 import time
-from collections.abc import Callable
 
 import pytest
-
-from tests.fakes.hosts.host_swarm import HostSwarm
 
 START = 240.0  # [s] of wall time, on a busy machine that compiles the kernels, too
 MISSION = ("--mission", "loading_route", "--goals-per-robot", "2", "--until-done")
 
 pytestmark = [pytest.mark.long, pytest.mark.timeout(1200)]
-StartHosts = Callable[[int], HostSwarm]
 
 
-def running(start_hosts: StartHosts, *flags: str) -> HostSwarm:
+def running(start_hosts, *flags):
     """Return a swarm that has come to t = 6 s: robots 1 to 3 on host 2, 4 to 6 on host 3."""
     swarm = start_hosts(3)
     swarm.start_world("--swarm-size", "6", *MISSION, *flags)

@@ -2,7 +2,6 @@
 
 import os
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -16,14 +15,14 @@ pytestmark = [pytest.mark.long, pytest.mark.timeout(1200)]
 
 
 @pytest.fixture
-def swarm(tmp_path: Path) -> Iterator[HostSwarm]:
+def swarm(tmp_path):
     if os.geteuid() != 0 or shutil.which("ip") is None or not Path("/dev/net/tun").exists():
         pytest.skip("network namespaces with TAP devices need root, iproute2 and /dev/net/tun")
     with HostSwarm(3, tmp_path, with_relay=True) as swarm:
         yield swarm
 
 
-def run(swarm: HostSwarm, **quality: float) -> tuple[float, str]:
+def run(swarm, **quality):
     """Return the real-time factor and the trajectories of a run on a network of a quality."""
     swarm.net.set_quality(**{"loss": 0.0, "delay": 0.0, "jitter": 0.0, "rate": 0.0, **quality})
     swarm.start_world(*FLAGS)

@@ -1,18 +1,14 @@
 """Who is given robots: only who knows the secret, and only in the run that goes on."""
 
-from collections.abc import Callable
-
 import psutil
 import pytest
 
-from tests.fakes.hosts.host_swarm import SECRET, HostSwarm
+from tests.fakes.hosts.host_swarm import SECRET
 
 START = 240.0  # [s] of wall time, on a busy machine that compiles the kernels, too
 
-StartHosts = Callable[[int], HostSwarm]
 
-
-@pytest.mark.slow
+@pytest.mark.long  # what is sealed with another secret is tested without processes, too
 @pytest.mark.timeout(600)
 def test_without_the_secret_nobody_is_given_robots(start_hosts):
     swarm = start_hosts(2)

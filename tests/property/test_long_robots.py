@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from shapely.geometry import MultiPolygon, Polygon, box
+from shapely.geometry import Polygon, box
 from shapely.ops import unary_union
 
-from swarm_common.model.grid import OCCUPIED, Grid
-from swarm_common.model.records import Pose, RobotSpec
+from swarm_common.model.grid import OCCUPIED
+from swarm_common.model.records import Pose
 from swarm_describe.robots.loading import load_robot
 from swarm_nav.core.goals import Outcome
 from tests.fakes.navigation import Squad, room, without_lidar
@@ -22,7 +22,7 @@ WIDTH, DEPTH = 9.0, 5.0  # [m] of the hall that a wall with a gap divides
 
 
 @functools.cache
-def carrier() -> RobotSpec:
+def carrier():
     """1.2 x 0.6 m; the circle around it needs 1.34 m."""
     return load_robot("carrier")
 
@@ -35,29 +35,27 @@ class Gap:
     width: float
     thickness: float
 
-    def grid(self) -> Grid:
+    def grid(self):
         left, right = 4.5 - self.thickness / 2, 4.5 + self.thickness / 2
         below, above = self.middle - self.width / 2, self.middle + self.width / 2
         return room(WIDTH, DEPTH, (left, 0.0, right, below), (left, above, right, DEPTH))
 
 
-def walls_of(grid: Grid) -> MultiPolygon:
-    """Return the occupied cells as one area."""
+def walls_of(grid):
     rows, columns = np.nonzero(grid.cells == OCCUPIED)
     step = grid.resolution
     return unary_union([box(c * step, r * step, (c + 1) * step, (r + 1) * step)
                         for r, c in zip(rows, columns, strict=True)])  # fmt: skip
 
 
-def outline(pose: Pose) -> Polygon:
-    """Return the carrier's outline at a pose in map."""
+def outline(pose):
     cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
     return Polygon(
         [(pose.x + cos * x - sin * y, pose.y + sin * x + cos * y) for x, y in carrier().footprint]
     )
 
 
-def drive(gap: Gap, start: Pose, goal: Pose, ticks: int = 1500) -> tuple[Squad, float]:
+def drive(gap, start, goal, ticks=1500):
     """Drive one carrier; return the run, and how near its outline came to a wall [m]."""
     grid = gap.grid()
     walls = walls_of(grid)

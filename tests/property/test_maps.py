@@ -14,9 +14,8 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from swarm_run.loop import InjectedFaults
-from swarm_run.record.run_record import RunRecord
 from swarm_sim.maps.draw_map import draw_world
-from tests.fakes.party import Bar, Party, bars_of_room, draw_places, scene_of
+from tests.fakes.party import Party, bars_of_room, draw_places, scene_of
 
 STEADY = dict(
     deadline=None,
@@ -49,7 +48,7 @@ class Map:
     death: int | None = None
 
     @functools.cached_property
-    def party(self) -> Party:
+    def party(self):
         rng = np.random.default_rng(self.seed)
         width, height = map(float, rng.uniform((7.0, 6.0), (9.0, 7.5)))
         bars = bars_of_room(width, height)
@@ -69,7 +68,7 @@ class Map:
         bars.append((x, y, *rng.uniform(0.2, 0.8, 2), float(rng.uniform(0.0, math.pi))))
         return self._party([tuple(map(float, bar)) for bar in bars], (width, height), rng)
 
-    def _party(self, bars: list[Bar], size: tuple[float, float], rng: np.random.Generator) -> Party:
+    def _party(self, bars, size, rng):
         grid = draw_world(scene_of(bars))
         homes, *goals = (draw_places(grid, size, rng, self.robots) for _ in range(3))
         return Party(
@@ -77,7 +76,7 @@ class Map:
             loss=self.loss, delay=self.delay, limit=400.0,
         )  # fmt: skip
 
-    def run(self) -> RunRecord:
+    def run(self):
         faults = None if self.death is None else InjectedFaults(dead={0: self.death})
         return self.party.run(faults=faults)
 
@@ -103,7 +102,7 @@ deadly = st.builds(
 )
 
 
-def check_is_safe(result: RunRecord) -> None:
+def check_is_safe(result):
     assert (result.robot_robot, result.robot_world) == (0, 0), result.first_collision
     assert result.keeps_apart, result.breach
 

@@ -16,7 +16,7 @@ STATIONS = {"a": Pose(0.0, 0.0, 0.0), "b": Pose(8.0, 0.0, 0.0), "c": Pose(4.0, 6
 LAST = 60_000  # tick by which all must be done
 
 
-def make_plan(dispatch: str, capacity: int) -> OrderPlan:
+def make_plan(dispatch, capacity):
     """Return 12 orders to and fro between three stations."""
     common = {"loading": ServiceTime("uniform", (0.0, 4.0)), "unloading": ServiceTime()}
     streams = (
@@ -65,7 +65,7 @@ def test_no_order_is_lost_and_none_is_done_twice(
     assert all(r.done is not None and r.created < r.done for r in records)
 
 
-def check_holders(swarm: PointSwarm) -> None:
+def check_holders(swarm):
     """No two robots hold one grant of an order: a station grants none twice."""
     holders = [
         (order, held.number)

@@ -67,7 +67,7 @@ sick = st.builds(
 STEADY = dict(deadline=None, derandomize=True, phases=(Phase.explicit, Phase.generate))
 
 
-def keeps_apart(schedule: Schedule, config: NavConfig | None = None) -> None:
+def keeps_apart(schedule, config=None):
     """Fail unless all held tubes kept the sum of both radii, the slack aside, in every tick."""
     config = config or NavConfig()
     outcome = Crowd(schedule, config).run()

@@ -2,7 +2,6 @@
 
 import typing
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -29,7 +28,7 @@ KINDS: dict[Any, st.SearchStrategy[Any]] = {
 }  # fmt: skip
 
 
-def values_of(kind: Any) -> st.SearchStrategy[Any]:
+def values_of(kind):
     kinds = typing.get_args(kind) if type(None) in typing.get_args(kind) else (kind,)
     return st.one_of(*(KINDS[each] for each in kinds))
 
@@ -40,7 +39,7 @@ FIELDS["speed"] = st.sampled_from(["max", "2.5"]) | NUMBERS
 FLAGS = {item.name: item for item in parser().params}
 
 
-def read_back(spec: RunSpec, folder: Path, *words: str) -> RunSpec:
+def read_back(spec, folder, *words):
     path = folder / "run.yaml"
     path.write_text(text_of(spec), encoding="utf-8")
     return RunSpec(**stated_of(parser().make_context("up", ["--spec", str(path), *words])))

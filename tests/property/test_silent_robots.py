@@ -5,7 +5,6 @@ Robots drive anywhere, hang for a while and die; only their beacons and tables a
 
 import math
 from collections import deque
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -59,10 +58,10 @@ class Robot:
     is_dead: bool = False
     table: NeighborTable = field(init=False)
 
-    def __post_init__(self) -> None:
+    def __post_init__(self):
         self.table = NeighborTable(self.robot_id, TrafficConfig())
 
-    def move(self, tick: int, rng: np.random.Generator, side: float) -> np.ndarray:
+    def move(self, tick, rng, side):
         """Move; return the points (n, 2) [m] that are held and requested."""
         gap = self.goal - self.place
         length = math.hypot(*gap)
@@ -79,7 +78,7 @@ class Robot:
 class Hall:
     """Runs a plan, and keeps what the radio delivered."""
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan):
         self.plan = plan
         self._rng = rng = np.random.default_rng(plan.seed)
         self.robots = [
@@ -89,17 +88,17 @@ class Hall:
         self._hears = np.zeros((plan.robots, 0), np.bool_)
         self.heard: list[dict[int, np.ndarray]] = []  # beacons of this tick by index, per robot
 
-    def run(self) -> Iterator[int]:
+    def run(self):
         for tick in range(1, self.plan.ticks):
             self._deliver(tick)
             yield tick
             self._send(tick)
             self._strike(tick)
 
-    def is_live(self, k: int, tick: int) -> bool:
+    def is_live(self, k, tick):
         return not self.robots[k].is_dead and self.robots[k].hung_until <= tick
 
-    def _deliver(self, tick: int) -> None:
+    def _deliver(self, tick):
         self.heard = [{} for _ in self.robots]
         for k, robot in enumerate(self.robots):
             if self.is_live(k, tick):
@@ -109,7 +108,7 @@ class Hall:
                 robot.table.refresh(tick)
                 self.heard[k] = {int(w[word_of("id")]) - 1: w for w in self._air[rows]}
 
-    def _send(self, tick: int) -> None:
+    def _send(self, tick):
         senders = [k for k in range(len(self.robots)) if self.is_live(k, tick)]
         records = empty_beacons(len(senders))
         self._air = words_of(records)
@@ -127,7 +126,7 @@ class Hall:
         self._hears = (gaps <= RANGE) & (self._rng.random(gaps.shape) >= self.plan.loss)
         self._hears[senders, np.arange(len(senders))] = False
 
-    def _strike(self, tick: int) -> None:
+    def _strike(self, tick):
         for k, robot in enumerate(self.robots):
             if self.is_live(k, tick):
                 robot.is_dead = tick > 100 and self._rng.random() < self.plan.deaths
@@ -135,13 +134,12 @@ class Hall:
                     robot.hung_until = tick + int(self._rng.integers(5, 300))
 
 
-def sighting(words: np.ndarray) -> Sighting:
-    """Return when and where the sender of a beacon was."""
+def sighting(words):
     x, y = words.view(np.float32)[POSE : POSE + 2].tolist()
     return int(words[TICK]), x, y
 
 
-def span(words: np.ndarray, x: float, y: float) -> tuple[float, float]:
+def span(words, x, y):
     """Return the smallest and largest distance [m] of a point from what a beacon claims."""
     return nearest_and_farthest(words, words.view(np.float32), x, y)
 
@@ -149,13 +147,13 @@ def span(words: np.ndarray, x: float, y: float) -> tuple[float, float]:
 class Gossip:
     """What each robot can know of the others at least, if it is told all within a round."""
 
-    def __init__(self, count: int) -> None:
+    def __init__(self, count):
         self._round = -(-count // 2) + 2  # ticks
         self._talks: dict[tuple[int, int], int] = {}  # ticks for which each heard each
         self._past: deque[list[dict[int, Sighting]]] = deque(maxlen=self._round)
         self.known: list[dict[int, Sighting]] = [{} for _ in range(count)]
 
-    def note(self, heard: list[dict[int, np.ndarray]]) -> None:
+    def note(self, heard):
         self._past.append([dict(items) for items in self.known])
         for k, beacons in enumerate(heard):
             told = [(other, sighting(words)) for other, words in beacons.items()]
@@ -172,7 +170,7 @@ class Gossip:
 class Believes:
     """Holds what robots believe of a silent one against what happened."""
 
-    def __init__(self, hall: Hall) -> None:
+    def __init__(self, hall):
         self._hall, count = hall, len(hall.robots)
         self._gossip = Gossip(count)
         self._last: dict[tuple[int, int], np.ndarray] = {}  # newest beacon that k heard of j
@@ -182,7 +180,7 @@ class Believes:
         self._ran_over: set[int] = set()
         self.checked = 0
 
-    def check(self, tick: int) -> None:
+    def check(self, tick):
         hall, robots = self._hall, self._hall.robots
         self._gossip.note(hall.heard)
         sent = {j: words for beacons in hall.heard for j, words in beacons.items()}
@@ -201,7 +199,7 @@ class Believes:
             if hall.is_live(k, tick):
                 self._check_robot(k)
 
-    def _check_robot(self, k: int) -> None:
+    def _check_robot(self, k):
         table, place = self._hall.robots[k].table, self._hall.robots[k].place
         silent = {int(table.ids[row]) - 1: int(row) for row in np.flatnonzero(table.gone)}
         for j, robot in enumerate(self._hall.robots):
@@ -221,7 +219,7 @@ class Believes:
             )
             assert self._stale[pair] <= JUDGED_EVERY + 1, f"{k + 1} knows that {j + 1} left"
 
-    def _knows_better(self, pair: tuple[int, int], silent: dict[int, int]) -> bool:
+    def _knows_better(self, pair, silent):
         k, j = pair
         if j not in silent or j not in self._gossip.known[k]:
             return False

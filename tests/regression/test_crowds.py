@@ -12,7 +12,6 @@ from swarm_nav.core.config import TrafficConfig
 from swarm_nav.core.goals import Goal, GoalKind
 from swarm_nav.perception.neighbor_table import UNHEARD_PATIENCE, NeighborTable
 from swarm_nav.traffic.arbiter import Arbiter
-from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lanes import SingleLanes
 from tests.fakes.navigation import beacon, hear, robot_in, room
 
@@ -20,14 +19,13 @@ HALL = room(9.0, 9.0)
 CROWD = 2 * HEARD_ENTRIES
 
 
-def acknowledging(robot: int, x: float, tick: int) -> np.void:
-    """Return the beacon of a robot whose newest of robot 1 is of `tick`."""
+def acknowledging(robot, x, tick):
     record = beacon(robot, x, 0.0)
     record["heard"][5] = 1 << 16 | tick
     return record
 
 
-def crowd(acknowledged: int) -> NeighborTable:
+def crowd(acknowledged):
     """Return what robot 1 knows of a crowd 4 m away that acknowledged its beacon of a tick."""
     neighbors = NeighborTable(1, TrafficConfig())
     for tick in range(10, 101, 10):
@@ -59,7 +57,7 @@ def test_everybody_in_range_is_acknowledged_within_the_patience(others):
     assert seen == set(range(2, 2 + others))
 
 
-def task(s: RobotState) -> GoalProgress:
+def task(s):
     goal = Goal(
         kind=GoalKind.NAVIGATE, goal_id=1, poses_map=(Pose(8.0, 4.5, math.nan),), start_tick=0
     )

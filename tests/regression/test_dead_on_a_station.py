@@ -19,7 +19,7 @@ DRIVE = 40.0  # [s] enough to come near from any start
 VICTIM = 4  # index
 
 
-def squad(victim: Pose) -> Squad:
+def squad(victim):
     """Robots without LiDARs: theirs would see that there is nobody on the station."""
     parameters = config(
         holding__station_patience=PATIENCE, holding__mode="park", costmap__scan_timeout=0.0
@@ -30,8 +30,7 @@ def squad(victim: Pose) -> Squad:
     return swarm
 
 
-def queue(swarm: Squad, seconds: float) -> None:
-    """Send all but the dead robot to the dock and wait until each was told something."""
+def queue(swarm, seconds):
     for index in range(VICTIM):
         swarm.send(index, DOCK, goal_id=index)
     ticks = round(seconds / CONTROL_PERIOD)
@@ -103,7 +102,7 @@ def test_a_dead_robot_that_was_never_heard_bars_a_station_as_well():
     assert all("does not move" in e.message for e in ends)
 
 
-def seen(pose: Pose, place: tuple[float, float], radius: float = 0.05) -> np.ndarray:
+def seen(pose, place, radius=0.05):
     """Return a scan that sees a round thing and nothing else."""
     offset = waffle().lidar
     there = pose.compose(Pose(offset.x, offset.y, offset.yaw)).inverse().compose(Pose(*place, 0.0))

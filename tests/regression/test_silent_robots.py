@@ -1,7 +1,5 @@
 """A silent robot is a body, no more and no less: what is beside it is seen, it is remembered."""
 
-from collections.abc import Sequence
-
 import pytest
 
 from swarm_common.model.beacon import reception_of
@@ -12,7 +10,7 @@ from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome
 from swarm_sim.world.world import World, WorldConfig
 from tests.fakes.navigation import room, waffle, without_lidar
-from tests.fakes.traffic import Rectangle, hall_scene
+from tests.fakes.traffic import hall_scene
 
 ONE = 0  # index of the robot that lives
 
@@ -21,9 +19,9 @@ class Hall:
     """Robots in a hall with crates that no map shows."""
 
     def __init__(
-        self, size: tuple[float, float], starts: Sequence[Pose], crates: Sequence[Rectangle] = (),
-        *, with_lidar: bool,
-    ) -> None:  # fmt: skip
+        self, size, starts, crates = (),
+        *, with_lidar,
+    ):  # fmt: skip
         count = len(starts)
         config = NavConfig() if with_lidar else without_lidar()
         self.world = World(
@@ -36,7 +34,7 @@ class Hall:
         ]
         self.reached = [0] * count
 
-    def run(self, ticks: int, dead: Sequence[int] = (), until: int = 99) -> bool:
+    def run(self, ticks, dead=(), until=99):
         """Go on until the first robot has reached `until` goals; return whether it has."""
         for _ in range(ticks):
             outputs = [
@@ -56,14 +54,14 @@ class Hall:
                 return True
         return False
 
-    def _live(self, robot, seen):  # type: ignore[no-untyped-def]
+    def _live(self, robot, seen):
         robot.on_odom(seen.odom)
         robot.on_reception(reception_of(seen.neighbors))
         if seen.scan is not None:
             robot.on_scan(seen.scan)
         return robot.tick(self.world.tick)
 
-    def send(self, index: int, x: float, y: float) -> None:
+    def send(self, index, x, y):
         goal = Goal(kind=GoalKind.NAVIGATE, poses_map=(Pose(x, y, 0.0),))
         self.robots[index].set_goal(goal)
 

@@ -20,7 +20,6 @@ from swarm_nav.traffic.arbiter import Arbiter
 from swarm_nav.traffic.held_space_rules import DropUnused
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.right_of_way import RightOfWay, refuge_path, way_of
-from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lanes import SingleLanes
 from tests.fakes import aisle, doorway
 from tests.fakes.decisions import act, push
@@ -33,12 +32,11 @@ AISLE = room(8.0, 1.8)
 HIGH = base_priority(CLASS_DRIVING, 0, 2)
 
 
-def priority_of(record: np.void | None) -> int:
-    assert record is not None
+def priority_of(record):
     return int(record["priority"][0]) << 32 | int(record["priority"][1])
 
 
-def path_of(s: RobotState, *corners: tuple[float, float]) -> None:
+def path_of(s, *corners):
     """Give a robot a path through corners and let everybody know of it for long enough."""
     pieces = [np.array(s.stop_point)[None, :]]
     for corner in corners:
@@ -50,8 +48,7 @@ def path_of(s: RobotState, *corners: tuple[float, float]) -> None:
         s.tube.publish(s.pose, tick)
 
 
-def taken(s: RobotState, *others: np.void) -> int:
-    """Return how many points a robot is granted beside some others."""
+def taken(s, *others):
     reservation = Arbiter(s, SingleLanes())
     hear(s, *others)
     before = s.tube.stop
@@ -62,7 +59,7 @@ def taken(s: RobotState, *others: np.void) -> int:
 # 1 -------------------------------------------------------------------------------------------
 
 
-def test_priority_is_static_between_goals_and_compared_as_published():
+def test_priorities_are_static_compared_as_published_and_broken_by_the_id():
     pair = Squad(AISLE, [Pose(1.0, 0.9, 0.0), Pose(7.0, 0.9, math.pi)])
     pair.send(0, Pose(7.0, 0.9, 0.0))
     pair.send(1, Pose(1.0, 0.9, 0.0))
@@ -71,17 +68,10 @@ def test_priority_is_static_between_goals_and_compared_as_published():
         pair.run(1)
         for index, record in enumerate(pair.beacons):
             assert priority_of(record) == pair.robots[index]._s.priority
-            assert record is not None
             if not record["yields_for"]:
                 seen[index].add(priority_of(record))
     # one before the goal counts, one while driving; waiting changes nothing
     assert [len(priorities) <= 2 for priorities in seen] == [True, True]
-
-
-# 2 -------------------------------------------------------------------------------------------
-
-
-def test_equal_inherited_priorities_are_broken_by_the_id():
     granted = []
     for own_id, other_id in ((3, 9), (9, 3)):
         s = robot_in(HALL, Pose(3.0, 4.0, 0.0), own_id)
@@ -90,6 +80,9 @@ def test_equal_inherited_priorities_are_broken_by_the_id():
         contested = [(3.75 - 0.05 * k, 4.0) for k in range(4)]
         granted.append(taken(s, beacon(other_id, 3.8, 4.0, wanted=contested, priority=HIGH - 1)))
     assert granted[0] > granted[1]
+
+
+# 2 -------------------------------------------------------------------------------------------
 
 
 def test_of_two_heirs_of_one_priority_only_the_one_with_the_smaller_id_pushes():
@@ -225,7 +218,7 @@ def test_along_a_wall_a_refuge_is_found_and_granted(y):
     leaves(s, pusher)
 
 
-def leaves(s: RobotState, pusher: np.void) -> None:
+def leaves(s, pusher):
     """Push a robot; fail unless it finds a way and is granted a part once the pusher waits."""
     hear(s, pusher)
     right = RightOfWay()
@@ -355,13 +348,12 @@ def test_a_door_at_which_orca_jams_is_passed_by_all():
 # met on the way ------------------------------------------------------------------------------
 
 
-def asking(wanted: np.ndarray, end: tuple[float, float]) -> np.ndarray:
-    """Return the words of a beacon that asks for points, from the end of its tube on."""
+def asking(wanted, end):
     record = beacon(2, *end, wanted=wanted)
     return np.frombuffer(record.tobytes(), np.float32)
 
 
-def test_a_request_ends_only_where_who_makes_way_would_be_denied_with_its_slack():
+def test_requests_end_only_beside_who_would_be_denied():
     """Two yielding robots were granted the space beyond a point that only one held impassable."""
     held = np.array(((0.0, 0.0),), np.float32)
     wanted = np.array([(0.05 * k, REACH - 0.01) for k in range(-3, 4)], np.float32)
@@ -369,9 +361,6 @@ def test_a_request_ends_only_where_who_makes_way_would_be_denied_with_its_slack(
     for slack, points in ((0.02, 7), (0.0, 0)):
         size = tube_kernels.grantable_prefix(words, 7, HELD, held, 1, REACH, slack)
         assert (size == 7) == (points == 7)
-
-
-def test_a_robot_too_near_that_may_grow_away_is_reckoned_with():
     held = np.array(((0.0, 0.0),), np.float32)
     wanted = np.array([(0.5 + 0.05 * k, 0.0) for k in range(1, 8)], np.float32)
     words = asking(wanted, (0.5, 0.0))
@@ -401,38 +390,31 @@ def test_a_robot_that_nobody_acknowledges_stands_and_says_so():
     assert pair.robots[0].status().detail == "stands: Srobot9 does not hear it"
 
 
-def test_a_robot_that_died_after_lost_beacons_is_where_it_is_thought_to_be():
+def test_what_a_lost_or_overtaken_beacon_said_is_past():
     """Twenty beacons may be lost before a death; the place must cover them."""
     for seed in (3, 8):
         outcome = Crowd(Schedule(seed, loss=0.8, deaths=0.003, deafness=0.003)).run()
         assert outcome.excess >= -0.0201
-
-
-def test_a_beacon_that_was_overtaken_does_not_bring_back_the_past():
     s = robot_in(HALL, Pose(3.0, 4.0, 0.0))
     hear(s, beacon(7, 5.0, 4.0), tick=90)
     hear(s, beacon(7, 4.0, 4.0), tick=80)
     assert s.neighbors.beacons[0]["pose"][0] == 5.0
 
 
-def blocked_by_us(x: float, robot: int, **fields: object) -> np.void:
-    """Return the beacon of a high robot that robot 1 has blocked for long."""
+def blocked_by_us(x, robot, **fields):
     return beacon(
         robot, x, 4.0, **{"priority": HIGH, "blocked_by": 1, "blocked_ticks": 20} | fields
     )
 
 
-def test_two_robots_never_push_each_other():
+def test_no_two_robots_push_each_other_nor_hand_on_for_ever():
     """Each made way for the other with the other's priority, which lived on by itself."""
     s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
     hear(s, blocked_by_us(3.2, 2, yields_for=1))
     assert RightOfWay().pusher(s) is None
     hear(s, blocked_by_us(3.2, 2, yields_for=0))
     assert RightOfWay().pusher(s) == 0
-
-
-def test_a_priority_that_was_handed_on_too_often_pushes_nobody():
-    """In a circle of more than two it would outlive its source as well."""
+    # In a circle of more than two it would outlive its source as well.
     s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
     for hops, is_pushed in ((31, True), (32, False)):
         hear(s, blocked_by_us(3.2, 2, priority=HIGH - hops))

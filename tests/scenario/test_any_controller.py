@@ -2,8 +2,6 @@
 
 import math
 import random
-from collections.abc import Callable
-from typing import Any
 
 import pytest
 
@@ -12,13 +10,9 @@ from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.invariant import least_slack
 from swarm_bench.runs.scenario import load_scenario
 from swarm_common.model.records import Twist
-from swarm_nav.core.config import ControllerConfig
-
-Make = Callable[[ControllerConfig, random.Random], Twist]
 
 
-def at_random(config: ControllerConfig, rng: random.Random) -> Twist:
-    """Return any twist that the drive reaches."""
+def at_random(config, rng):
     return Twist(
         rng.uniform(-1.0, 1.0) * config.max_vel_x,
         rng.uniform(-1.0, 1.0) * config.max_vel_y,
@@ -26,33 +20,29 @@ def at_random(config: ControllerConfig, rng: random.Random) -> Twist:
     )
 
 
-def at_full_speed(config: ControllerConfig, rng: random.Random) -> Twist:
-    """Return the largest speed ahead."""
+def at_full_speed(config, rng):
     return Twist(config.max_vel_x)
 
 
-def in_circles(config: ControllerConfig, rng: random.Random) -> Twist:
-    """Return the largest speed and turning rate."""
+def in_circles(config, rng):
     return Twist(config.max_vel_x, config.max_vel_y, config.max_vel_theta)
 
 
-def not_finite(config: ControllerConfig, rng: random.Random) -> Twist:
-    """Return numbers that no drive can follow."""
+def not_finite(config, rng):
     return Twist(rng.choice((math.nan, math.inf, 1e308)), 0.0, -1e308)
 
 
 class Monkey:
     """A pilot that steers in place of a controller; holds a wish for up to two seconds."""
 
-    def __init__(self, make: Make, config: ControllerConfig, seed: int) -> None:
+    def __init__(self, make, config, seed):
         self._make, self._config, self._rng = make, config, random.Random(seed)
         self._ticks, self._wish = 0, Twist()
 
-    def propose(self, robot: Any) -> None:
+    def propose(self, robot):
         """Leave paths to the rules."""
 
-    def steer(self, robot: Any, stands: bool) -> Twist:
-        """Return a wish, whatever the robot is to do."""
+    def steer(self, robot, stands):
         if self._ticks == 0:
             self._ticks = self._rng.randint(1, 20)
             self._wish = self._make(self._config, self._rng)
@@ -65,7 +55,7 @@ class Monkey:
 def test_no_controller_touches_anything(scenario, robots, make):
     harness = Harness(RunOptions(scenario=load_scenario(scenario), robots=robots, seed=5))
     for seed, driver in enumerate(harness.episode.drivers):
-        driver._pilot = Monkey(make, driver.reservation_config.controller, seed)  # type: ignore[attr-defined]
+        driver._pilot = Monkey(make, driver.reservation_config.controller, seed)
     try:
         for _ in range(300):
             harness.advance()

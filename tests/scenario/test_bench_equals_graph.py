@@ -1,12 +1,5 @@
 """The bench and the ROS graph are the same swarm: equal seeds give equal trajectories."""
 
-import json
-import os
-import subprocess
-import sys
-from pathlib import Path
-from typing import Any
-
 import pytest
 
 from swarm_bench.runs.episode import RunOptions
@@ -15,7 +8,6 @@ from swarm_bench.runs.scenario import load_scenario
 from swarm_run.record.report_file import record_of
 from swarm_run.record.run_record import RobotRecord, RunRecord
 
-ROOT = Path(__file__).resolve().parents[2]
 MISSION = """
 route:
   - {stations: [loader_1]}
@@ -48,37 +40,20 @@ SAMPLED = {
 NOT_COMPARED = NAMES | OF_CLOCK | OF_BENCH | SAMPLED
 
 
-def run_on_the_graph(folder: Path, seed: int) -> dict[str, Any]:
-    flags = (
-        *("--swarm-size", "3", "--seed", str(seed), "--mission", str(folder / "short.yaml")),
-        *("--params", str(folder / "params.yaml"), "--run-dir", str(folder / "run")),
-        *("--until-done", "--headless", "--speed", "max"),
-    )
-    result = subprocess.run(
-        (sys.executable, "-c", "from swarm_commander.cli.main import swarm_up; swarm_up()", *flags),
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=240,
-        check=False,
-    )
-    assert result.returncode == 0, result.stdout + result.stderr
-    report = json.loads((folder / "run" / "report.json").read_text(encoding="utf-8"))
-    assert isinstance(report, dict)
-    return report
-
-
 @pytest.mark.slow
 @pytest.mark.timeout(300)
-def test_bench_and_graph_give_equal_trajectories_and_records(tmp_path):
+def test_bench_and_graph_give_equal_trajectories_and_records(start, tmp_path):
     (tmp_path / "short.yaml").write_text(MISSION, encoding="utf-8")
     (tmp_path / "params.yaml").write_text(PARAMS, encoding="utf-8")
     scenario = tmp_path / "scenario.yaml"
     scenario.write_text(SCENARIO.replace("MISSION", str(tmp_path / "short.yaml")), "utf-8")
     options = RunOptions(scenario=load_scenario(str(scenario)), robots=3, seed=3, engine="bullet")
     result = Harness(options).run()
-    found = record_of(run_on_the_graph(tmp_path, seed=3))
+    swarm = start(
+        "--swarm-size", "3", "--seed", "3", "--mission", str(tmp_path / "short.yaml"),
+        "--params", str(tmp_path / "params.yaml"), "--until-done", "--headless", "--speed", "max",
+    )  # fmt: skip
+    found = record_of(swarm.good_report(240.0))
     assert result.is_flawless
     assert result.pushes
     for name in set(RunRecord.__struct_fields__) - NOT_COMPARED - {"per_robot"}:

@@ -18,7 +18,7 @@ CELLS = (
 )  # fmt: skip
 
 
-def least_of(habit: Habit, cell: tuple[str, int], seed: int, ticks: int) -> float:
+def least_of(habit, cell, seed, ticks):
     """Return the slack [m] of a run in which nobody touches anything."""
     Erratic.habit, Erratic.numbers = habit, itertools.count(1000 * seed)
     scenario, robots = cell

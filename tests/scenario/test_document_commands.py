@@ -5,14 +5,12 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from tests.document_blocks import Block, blocks_of
+from tests.document_blocks import blocks_of
 from tests.fakes.ros_domains import reserved_domain
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -26,8 +24,7 @@ BLOCKS = {
 }
 
 
-def documents(*kinds: str) -> list[Any]:
-    """Return the documents that have blocks of these kinds."""
+def documents(*kinds):
     return [
         pytest.param(path, id=str(path.relative_to(ROOT)))
         for path, blocks in BLOCKS.items()
@@ -35,14 +32,13 @@ def documents(*kinds: str) -> list[Any]:
     ]
 
 
-def environment(folder: Path, domain: int) -> dict[str, str]:
-    """Return that of a terminal in which the project's commands are known."""
+def environment(folder, domain):
     (folder / ".venv").symlink_to(sys.prefix)
     path = f"{Path(sys.prefix) / 'bin'}:{os.environ['PATH']}"
     return os.environ | {"PATH": path, "ROS_DOMAIN_ID": str(domain)}
 
 
-def shell(block: Block, folder: Path, env: dict[str, str]) -> None:
+def shell(block, folder, env):
     with subprocess.Popen(
         ["bash", "-euo", "pipefail", "-c", block.text],
         cwd=folder, env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
@@ -57,7 +53,7 @@ def shell(block: Block, folder: Path, env: dict[str, str]) -> None:
 
 
 @contextmanager
-def background(block: Block, folder: Path, env: dict[str, str]) -> Iterator[None]:
+def background(block, folder, env):
     """Keep a swarm running, and stop it as a reader does, by Ctrl-C."""
     log = folder / "background.log"
     with log.open("w", encoding="utf-8") as output:
@@ -80,15 +76,14 @@ def background(block: Block, folder: Path, env: dict[str, str]) -> Iterator[None
             swarm.wait(STOP)
 
 
-def play(document: Path, folder: Path, kinds: tuple[str, ...]) -> None:
-    """Do what a document says, its blocks of some kinds in their order."""
+def play(document, folder, kinds):
     with reserved_domain() as domain:
         env = environment(folder, domain)
         blocks = iter([block for block in BLOCKS[document] if block.kind in (*kinds, "save")])
         _play(blocks, folder, env)
 
 
-def _play(blocks: Iterator[Block], folder: Path, env: dict[str, str]) -> None:
+def _play(blocks, folder, env):
     for block in blocks:
         if block.kind == "save":
             (folder / block.name).write_text(block.text, encoding="utf-8")

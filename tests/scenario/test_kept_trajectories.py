@@ -4,8 +4,6 @@
 """
 
 import json
-import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -13,6 +11,7 @@ import numpy as np
 import pytest
 
 from swarm_common.process.compiled_code import SWITCH, compiled_folder, is_compiled
+from tests.fakes.programs import run_program
 from tests.kept_trajectories import KEPT, RUNS, libraries, trajectory
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -24,10 +23,9 @@ OLD_PROCESSOR = PLAIN_NUMPY | {"OPENBLAS_CORETYPE": "Prescott"}
 
 
 def in_another_process(variables, *names):
-    ended = subprocess.run(
-        (sys.executable, "-m", "tests.kept_trajectories", *names),
-        cwd=ROOT, env=os.environ | variables, capture_output=True, text=True, check=True,
-    )  # fmt: skip
+    ended = run_program(
+        (sys.executable, "-m", "tests.kept_trajectories", *names), variables, cwd=ROOT, check=True
+    )
     return json.loads(ended.stdout.splitlines()[-1])
 
 

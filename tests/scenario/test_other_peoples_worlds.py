@@ -1,7 +1,5 @@
 """Swarms in worlds as others make them: they touch nothing, and reach their goals."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import trimesh
@@ -14,7 +12,6 @@ from swarm_common.files.map_io import load_map, map_path, save_map
 from swarm_common.model.grid import Grid
 from swarm_map.map_command import map_app
 from swarm_run.command_line import run_app
-from swarm_run.record.run_record import RunRecord
 from tests.unit.swarm_sim.test_mesh_soups import double_faced, room
 
 SITES = """stations: {west: [-2.0, 0.0, 3.1416], east: [2.0, 0.0, 0.0]}
@@ -30,15 +27,15 @@ MODEL = (
 )
 
 
-def box(name: str, place: str, size: str) -> str:
+def box(name, place, size):
     return MODEL.format(name, f"{place} 0 0 0", f"<box><size>{size}</size></box>")
 
 
-def mesh(name: str, place: str) -> str:
+def mesh(name, place):
     return MODEL.format(name, f"{place} 0 0 0", f"<mesh><uri>{name}.stl</uri></mesh>")
 
 
-def driven(folder: Path, models: str, robots: int = 4, engine: str = "bullet") -> RunRecord:
+def driven(folder, models, robots=4, engine="bullet"):
     """Let robots go to two stations and home in a world of these models."""
     world = folder / "world.sdf"
     world.write_text(f"<sdf version='1.7'><world name='w'>{models}</world></sdf>")
@@ -50,7 +47,7 @@ def driven(folder: Path, models: str, robots: int = 4, engine: str = "bullet") -
     return run(RunOptions(scenario=scenario, robots=robots, engine=engine))
 
 
-def check(result: RunRecord) -> None:
+def check(result):
     assert (result.robot_robot, result.robot_world) == (0, 0), result.first_collision
     assert result.is_flawless
 

@@ -1,8 +1,6 @@
 """Commands that `swarm-map` prints, run as a user runs them."""
 
-import os
 import shlex
-import subprocess
 import sys
 from pathlib import Path
 
@@ -10,20 +8,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.fakes.programs import run_program
+
 BIN = Path(sys.executable).parent
 MAP = "image: {0}.png\nresolution: 0.1\norigin: [30, -40, 0]\n"
 
 
-def run(words: list[str], folder: Path) -> tuple[int, str]:
-    done = subprocess.run(
-        [str(BIN / words[0]), *words[1:]],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        env=os.environ,
-        check=False,
-    )
+def run(words, folder):
+    done = run_program([str(BIN / words[0]), *words[1:]], cwd=folder)
     return done.returncode, done.stdout + done.stderr
 
 

@@ -9,7 +9,6 @@ import shutil
 import socket
 import subprocess
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +40,7 @@ HAS_BROKER = shutil.which("mosquitto", path=os.environ["PATH"] + ":/usr/sbin") i
 class FleetControl:
     """A client of the broker that knows the latest state of each robot."""
 
-    def __init__(self, port: int) -> None:
+    def __init__(self, port):
         self.states: dict[str, dict[str, Any]] = {}
         self.client = mqtt.Client(CallbackAPIVersion.VERSION2)
         self.client.on_connect = lambda client, *_: client.subscribe("uagv/v2/swarm/+/state")
@@ -49,16 +48,16 @@ class FleetControl:
         until(lambda: self._connects(port), "the broker is there")
         self.client.loop_start()
 
-    def _connects(self, port: int) -> bool:
+    def _connects(self, port):
         with contextlib.suppress(OSError):
             self.client.connect("127.0.0.1", port)
             return True
         return False
 
-    def _hear(self, _client: object, _data: object, message: mqtt.MQTTMessage) -> None:
+    def _hear(self, _client, _data, message):
         self.states[message.topic.split("/")[-2]] = json.loads(message.payload)
 
-    def send_orders(self) -> None:
+    def send_orders(self):
         """Send each robot by a place, where it waits, to another; return when they are there."""
         until(lambda: set(self.states) == set(NAMES), "all robots have told where they are")
         for name, (first, last) in PLACES.items():
@@ -76,18 +75,18 @@ class FleetControl:
         time.sleep(ARRIVAL)
 
 
-def _at(place: tuple[float, float]) -> dict[str, Any]:
+def _at(place):
     return {"x": place[0], "y": place[1], "mapId": WORLD}
 
 
-def until(is_true: Callable[[], bool], what: str) -> None:
+def until(is_true, what):
     end = time.monotonic() + LIMIT
     while not is_true():
         assert time.monotonic() < end, what
         time.sleep(0.05)
 
 
-def play(domain: int) -> None:
+def play(domain):
     """Let a world go on that stands at its first tick."""
     context = Context()
     rclpy.init(context=context, domain_id=domain)
@@ -104,8 +103,7 @@ def play(domain: int) -> None:
     context.shutdown()
 
 
-def free_port() -> int:
-    """Return a port that no client gets as its own meanwhile."""
+def free_port():
     for port in random.sample(PORTS, len(PORTS)):
         with socket.socket() as probe, contextlib.suppress(OSError):
             probe.bind(("127.0.0.1", port))
@@ -113,7 +111,7 @@ def free_port() -> int:
     raise AssertionError("no port is free")
 
 
-def run(folder: Path, pack: int) -> str:
+def run(folder, pack):
     port = free_port()
     with reserved_domain() as domain, (folder / "up.log").open("w+", encoding="utf-8") as log:
         spec = RunSpec(
@@ -128,7 +126,6 @@ def run(folder: Path, pack: int) -> str:
             env=os.environ | {"PYTHONPATH": str(ROOT), "ROS_DOMAIN_ID": str(domain)},
         )  # fmt: skip
         lock.release()
-        assert up.stdin is not None
         up.stdin.write(pickle.dumps(spec))
         up.stdin.flush()
         try:
@@ -150,7 +147,7 @@ def run(folder: Path, pack: int) -> str:
 
 
 @pytest.fixture(scope="module")
-def first(tmp_path_factory: pytest.TempPathFactory) -> str:
+def first(tmp_path_factory):
     """Hash of a run."""
     return run(tmp_path_factory.mktemp("first"), 1)
 

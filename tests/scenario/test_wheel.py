@@ -8,8 +8,6 @@ import socket
 import subprocess
 import time
 import tomllib
-from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
@@ -65,18 +63,17 @@ print(infos)
 class Shell:
     """A terminal in which the environment of the wheel is active."""
 
-    def __init__(self, environment: WheelEnvironment, folder: Path, domain: int) -> None:
+    def __init__(self, environment, folder, domain):
         self.prefix, self.folder = environment.prefix, folder
         self._variables = environment.variables(ROS_DOMAIN_ID=str(domain))
 
-    def start(self, *words: str) -> subprocess.Popen[str]:
-        """Start a command whose output can be read, and whose input stays open."""
+    def start(self, *words):
         return subprocess.Popen(
             words, cwd=self.folder, env=self._variables, text=True,
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         )  # fmt: skip
 
-    def run(self, *words: str) -> str:
+    def run(self, *words):
         """Return what a command says that ends by itself."""
         with self.start(*words) as process:
             try:
@@ -87,7 +84,7 @@ class Shell:
         return output
 
     @contextlib.contextmanager
-    def running(self, sign: str, *words: str) -> Iterator[None]:
+    def running(self, sign, *words):
         """Keep a command running from when it says something until Ctrl-C, with which it ends."""
         with self.start(*words) as process:
             try:
@@ -103,7 +100,7 @@ class Shell:
 
 
 @pytest.fixture(scope="module")
-def shell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shell]:
+def shell(tmp_path_factory):
     """Yield a terminal after `pip install` of the wheel and swarm-setup."""
     if not is_own_ros():
         pytest.skip("ROS 2 is not from PyPI, and no dependency of the wheel")
@@ -134,11 +131,6 @@ def test_robots_learn_behind_a_shield(shell):
 
 def test_every_command_is_run():
     assert sorted([*ACTIONS, *WITH_A_SWARM]) == COMMANDS
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_a_command_explains_itself(shell, command):
-    assert "usage" in shell.run(command, "--help").lower()
 
 
 @pytest.mark.parametrize("command", ACTIONS)
@@ -194,8 +186,7 @@ def test_a_fleet_control_of_the_examples_drives_a_swarm(shell):
     assert up.returncode == 0, output
 
 
-def short(name: str) -> Path:
-    """Return the path of an example, which is short."""
+def short(name):
     path = FOLDER / f"{name}.py"
     most = 75 if name == "fleet_control" else 41
     assert len(path.read_text(encoding="utf-8").splitlines()) <= most

@@ -14,7 +14,7 @@ print(subprocess.check_output(["cat", "/proc/self/status"], text=True))
 """
 
 
-def ignore() -> None:
+def ignore():
     for number in IGNORED:
         signal.signal(number, signal.SIG_IGN)
 

@@ -15,7 +15,7 @@ import yaml
 
 from swarm_commander.cli import main as commander_cli
 from swarm_view import cli as view_cli
-from tests.fakes.hosts.containers import Step, ignore_patterns, interpolated, is_ignored, steps_of
+from tests.fakes.hosts.containers import ignore_patterns, interpolated, is_ignored, steps_of
 
 ROOT = Path(__file__).parents[2]
 BIN = Path(sys.executable).parent
@@ -23,24 +23,24 @@ APPS = {"swarm-up": partial(commander_cli.load_app, "swarm-up"), "swarm-view": v
 SECRET = {"SWARM_SECRET": "of a test"}
 
 
-def lint(*command: str) -> None:
+def lint(*command):
     done = subprocess.run(
         [str(BIN / command[0]), *command[1:]], cwd=ROOT, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def services(environment: dict[str, str]) -> dict[str, Any]:
+def services(environment):
     file = yaml.safe_load((ROOT / "compose.yaml").read_text("utf-8"))
     return dict(interpolated(file, environment)["services"])
 
 
-def test_hadolint_has_nothing_to_say_about_the_dockerfile():
+def test_dockerfile_and_compose_file_have_their_form():
     lint("hadolint", "Dockerfile")
-
-
-def test_the_compose_file_has_the_form_of_the_compose_specification():
     lint("check-jsonschema", "--builtin-schema", "vendor.compose-spec", "compose.yaml")
+    for service in services(SECRET).values():
+        assert (service["image"], service["build"]) == ("swarm-workbench", ".")
+        assert service["environment"]["SWARM_SECRET"] == "of a test"
 
 
 def test_the_context_has_what_the_image_needs_and_nothing_that_was_made_here():
@@ -53,19 +53,12 @@ def test_the_context_has_what_the_image_needs_and_nothing_that_was_made_here():
         assert is_ignored(made, patterns)
 
 
-def test_every_service_is_the_image_that_is_built_from_here():
-    for service in services(SECRET).values():
-        assert (service["image"], service["build"]) == ("swarm-workbench", ".")
-        assert service["environment"]["SWARM_SECRET"] == "of a test"
-
-
 def test_a_secret_has_to_be_given():
     with pytest.raises(KeyError, match="share a secret"):
         services({})
 
 
-def commands(words: list[str]) -> list[list[str]]:
-    """Return the commands of ours in a service's command line."""
+def commands(words):
     if words[:2] == ["bash", "-c"]:
         parts = [shlex.split(part) for part in words[2].split("&&")]
         return [part[part[0] == "exec" :] for part in parts if part[0] not in ("source", ".")]
@@ -95,7 +88,7 @@ def test_world_and_robots_agree_on_size_and_folders():
     assert wanted["viewer"]["network_mode"] == "service:world"
 
 
-def steps() -> list[Step]:
+def steps():
     return steps_of((ROOT / "Dockerfile").read_text("utf-8"))
 
 

@@ -2,7 +2,6 @@
 
 import ast
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -51,8 +50,7 @@ def test_the_folders_of_the_large_packages_have_maps():
     }
 
 
-def functions_of(path: Path) -> Iterator[tuple[Function, bool]]:
-    """Yield the public functions of a file, and whether each is a method."""
+def functions_of(path):
     yield from public_functions(ast.parse(path.read_text("utf-8")), False)
 
 
@@ -83,8 +81,7 @@ def test_kernels_describe_their_parameters(path):
     assert not wrong, "without a line under Args:, or no parameter"
 
 
-def tuples_of(function: Function) -> set[str]:
-    """Return the parameters that are NamedTuples, which describe their fields."""
+def tuples_of(function):
     kinds = {
         each.arg: ast.unparse(each.annotation or ast.Constant(0)) for each in function.args.args
     }
@@ -104,7 +101,7 @@ def test_an_entry_says_more_than_name_and_type():
     assert not wrong, "an entry that says nothing, or of no parameter:\n" + "\n".join(wrong)
 
 
-def public_functions(node: ast.AST, is_class: bool) -> Iterator[tuple[Function, bool]]:
+def public_functions(node, is_class):
     """Yield the public functions below a node, nested ones too, and whether each is a method."""
     for child in ast.iter_child_nodes(node):
         if isinstance(child, ast.ClassDef):
@@ -119,13 +116,13 @@ def public_functions(node: ast.AST, is_class: bool) -> Iterator[tuple[Function, 
             yield from public_functions(child, is_class)
 
 
-def is_command(function: Function) -> bool:
+def is_command(function):
     """Whether it is a command: its docstring is its --help, and its options have own texts."""
     calls = (item.func for item in function.decorator_list if isinstance(item, ast.Call))
     return any(isinstance(call, ast.Attribute) and call.attr == "command" for call in calls)
 
 
-def parameters(function: Function, is_method: bool) -> set[str]:
+def parameters(function, is_method):
     """Return the names of a function's parameters without self and cls, and without `_`."""
     given = function.args
     names = [item.arg for item in (*given.posonlyargs, *given.args)]
@@ -136,7 +133,7 @@ def parameters(function: Function, is_method: bool) -> set[str]:
     return {name for name in names if not name.startswith("_")}
 
 
-def described(function: Function) -> dict[str, str]:
+def described(function):
     """Return the entries under `Args:` in the docstring of a function."""
     section = ARGS.search(ast.get_docstring(function) or "")
     return dict(ENTRY.findall(section[1])) if section else {}

@@ -5,7 +5,6 @@ import shlex
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator
 from dataclasses import MISSING, fields
 from functools import partial
 from pathlib import Path
@@ -50,7 +49,7 @@ MENTION = re.compile(rf"(?<![\w/.-]){FOLDERS}/[\w./-]*\w\.{ENDINGS}\b")
 LINK = re.compile(r"\]\((?!https?://|#)([^)#]+)")
 
 
-def texts() -> list[Any]:
+def texts():
     return [
         pytest.param(path, id=str(path.relative_to(ROOT)))
         for path in DOCUMENTS
@@ -58,7 +57,7 @@ def texts() -> list[Any]:
     ]
 
 
-def command_lines(text: str) -> Iterator[list[str]]:
+def command_lines(text):
     """Yield the commands of code blocks and of inline code, continued lines joined."""
     joined = text.replace("\\\n", " ")
     blocks = [line.strip() for line in joined.splitlines() if line.startswith("    ")]
@@ -76,7 +75,7 @@ def command_lines(text: str) -> Iterator[list[str]]:
             continue  # prose with an apostrophe
 
 
-def options_of(words: list[str]) -> set[str]:
+def options_of(words):
     """Return the options that a command line may have."""
     app = commander_app(words) if words[0] == "swarm-commander" else LOADERS[words[0]]()
     command: Any = typer.main.get_command(app)
@@ -88,7 +87,7 @@ def options_of(words: list[str]) -> set[str]:
     return known | {name for item in command.params for name in (*item.opts, *item.secondary_opts)}
 
 
-def commander_app(words: list[str]) -> typer.Typer:
+def commander_app(words):
     from swarm_commander.cli.commander_command import commander_app
     from swarm_commander.cli.fleet_command import fleet_app
 
@@ -133,8 +132,7 @@ def test_the_state_diagrams_in_the_documents_are_the_automata():
     assert diagram(MakingWay) in (documents / "liveness.md").read_text("utf-8")
 
 
-def yaml_block(document: str, first_key: str) -> dict[str, Any]:
-    """Return the block of a document that begins with a key."""
+def yaml_block(document, first_key):
     text = (ROOT / "docs" / document).read_text("utf-8")
     blocks = re.findall(rf"```yaml\n({first_key}:.*?)```", text, re.S)
     assert len(blocks) == 1
@@ -195,7 +193,7 @@ def test_every_table_is_whole(document):
     assert not wrong
 
 
-def anchors_of(document: Path) -> set[str]:
+def anchors_of(document):
     """Return the anchors of a document's headings, as GitHub and mkdocs make them."""
     text = re.sub(r"```.*?```", "", document.read_text("utf-8"), flags=re.S)
     found: set[str] = set()

@@ -1,13 +1,13 @@
 """Ctrl-C while a command still imports its modules: no traceback, and the shell sees 130."""
 
-import os
 import signal
-import subprocess
 import sys
 import tomllib
 from pathlib import Path
 
 import pytest
+
+from tests.fakes.programs import run_program
 
 FOLDER = Path(__file__).resolve().parents[2]
 SCRIPTS = tomllib.loads((FOLDER / "pyproject.toml").read_text(encoding="utf-8"))["project"][
@@ -33,11 +33,9 @@ sys.meta_path.insert(0, Finder)
 def test_a_command_ends_quietly_while_it_imports(name):
     """It was a traceback through typer, numpy or importlib.metadata."""
     module, _, function = SCRIPTS[name].partition(":")
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM.format(module=module, function=function), "--help"],
-        env=os.environ | {"PYTHONPATH": str(FOLDER)},
-        capture_output=True, text=True, check=False, timeout=60,
-    )  # fmt: skip
+    done = run_program(
+        [sys.executable, "-c", PROGRAM.format(module=module, function=function), "--help"]
+    )
     doors = {"__future__", "swarm_commander.cli", "swarm_run", "swarm_run.command_line"}
     doors |= {module, module.partition(".")[0]}
     assert set(done.stdout.split()) <= doors

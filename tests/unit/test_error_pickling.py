@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
+from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.process.plugins import PluginFault
 from swarm_nav.core.goals import ErrorCode
 from swarm_sim.world.request_checks import Reason
@@ -28,23 +28,21 @@ ARGUMENTS: dict[str, tuple[Any, ...]] = {  # where it is not the message alone
 }
 
 
-def kinds() -> list[str]:
-    """Return the errors of ours by module and name, the base first."""
+def kinds():
     names = ["swarm_common.model.errors.SwarmError"]
     for name in names:
         names += [f"{each.module}.{each.name}" for each in FOUND if name in each.bases]
     return list(dict.fromkeys(names))
 
 
-def made(kind: type[SwarmError], arguments: tuple[Any, ...]) -> SwarmError:
+def made(kind, arguments):
     error = kind(*arguments)
     error.faults = (ConfigError("one"), UnknownNameError("robot", "cart", ["card"]))
     error.add_note("seen in a test")
     return error
 
 
-def state(error: SwarmError) -> tuple[Any, ...]:
-    """Return all that an error holds."""
+def state(error):
     held = dict(vars(error))
     faults = [state(fault) for fault in held.pop("faults", ())]
     return type(error), str(error), error.args, held, faults
@@ -63,7 +61,7 @@ def test_an_error_is_the_same_after_pickling(name):
     assert state(pickle.loads(pickle.dumps(error))) == state(error)
 
 
-def fail() -> None:
+def fail():
     raise UnknownNameError("world", "hal_12", ["hall_12", "doorway"])
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from swarm_ros2.launcher import PROGRAMS, swarm_up_arguments
+from swarm_ros2.launcher import PROGRAMS
 from swarm_setup.rosidl.packages import load_packages
 
 pytest.importorskip("colcon_core")
@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "colcon" / "swarm_commander"
 
 
-def colcon(*words: str, cwd: Path) -> str:
+def colcon(*words, cwd):
     command = (sys.executable, "-m", "colcon", *words)
     environ = os.environ | {"COLCON_LOG_PATH": str(cwd / "log")}
     done = subprocess.run(
@@ -58,10 +58,3 @@ def test_programs_and_launch_file_are_those_of_the_project():
     launch = ast.parse((PACKAGE / "launch" / "swarm.launch.py").read_text())
     names = {node.name for node in launch.body if isinstance(node, ast.FunctionDef)}
     assert "generate_launch_description" in names
-
-
-def test_launch_arguments_are_options():
-    words = ["swarm_size:=20", "world:=slim_blockage", "headless:=true", "viewer:=false"]
-    assert swarm_up_arguments(words) == [
-        "--swarm-size", "20", "--world", "slim_blockage", "--headless", "--no-viewer",
-    ]  # fmt: skip

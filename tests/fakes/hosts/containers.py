@@ -64,7 +64,6 @@ class Builder:
     """Does what a Dockerfile says."""
 
     def __init__(self, context: Path, folder: Path) -> None:
-        """Take the folder that is built from, and one for the roots."""
         self._context = context
         self._folder = folder
         self._bases: dict[str, Path] = {}
@@ -169,7 +168,6 @@ def run(image: Image, command: Sequence[str], *, with_network: bool = False) -> 
 
 
 def ignore_patterns(context: Path) -> list[str]:
-    """Return the lines of .dockerignore."""
     lines = (context / ".dockerignore").read_text(encoding="utf-8").splitlines()
     return [line.strip() for line in lines if line.strip() and not line.startswith("#")]
 

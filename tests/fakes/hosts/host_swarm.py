@@ -53,11 +53,9 @@ class HostSwarm:
             self.net.__exit__(kind, error, trace)
 
     def start_world(self, *flags: str) -> None:
-        """Start the world on host 1."""
         self.start(1, "--role", "world", "--bind", self.net.address(1), "--no-report", *flags)
 
     def start_robots(self, host: int, robots: str, *flags: str) -> None:
-        """Start the navigators of some robots on a host."""
         world = self.net.address(1)
         self.start(host, "--role", "robots", "--robots", robots, "--connect", world, *flags)
 
@@ -77,21 +75,16 @@ class HostSwarm:
             )
 
     def run(self, host: int) -> Path:
-        """Return the run folder of a host."""
         return self.folder / f"run_{host}"
 
     def report(self, host: int) -> dict[str, Any]:
-        """Return what a host reported."""
         report = json.loads((self.run(host) / "report.json").read_text(encoding="utf-8"))
-        assert isinstance(report, dict)
         return report
 
     def said(self, host: int) -> str:
-        """Return the output of a host."""
         return self._log(host).read_text(encoding="utf-8")
 
     def wait_for(self, host: int, words: str, limit: float) -> None:
-        """Wait until a host has said something."""
         end = time.monotonic() + limit
         while words not in self.said(host):
             assert time.monotonic() < end, f"never said '{words}':\n{self.said(host)}"
@@ -99,7 +92,6 @@ class HostSwarm:
             time.sleep(0.1)
 
     def wait_until(self, sim_time: float, limit: float) -> None:
-        """Wait until the world has come to a simulated time."""
         end = time.monotonic() + limit
         while self.sim_time() < sim_time:
             assert time.monotonic() < end, self.said(1)
@@ -112,11 +104,9 @@ class HostSwarm:
         return float(times[-1]) if times else 0.0
 
     def interrupt(self, host: int) -> None:
-        """Press Ctrl-C on a host."""
         self._processes[host].send_signal(signal.SIGINT)
 
     def kill(self, host: int) -> None:
-        """Let swarm-up crash on a host, and wait until all that it started is gone."""
         for pid in self.net.pids_on(host):
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
@@ -130,7 +120,6 @@ class HostSwarm:
             raise AssertionError(f"host {host} goes on:\n{self.said(host)}") from None
 
     def assert_nothing_is_left(self) -> None:
-        """Check that no process runs on any host."""
         time.sleep(0.3)
         assert self.net.pids() == []
 

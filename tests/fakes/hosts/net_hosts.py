@@ -49,15 +49,12 @@ class NetHosts:
         self._remove()
 
     def name(self, host: int) -> str:
-        """Return the namespace of a host, from 1."""
         return f"{self._mark}h{host}"
 
     def address(self, host: int) -> str:
-        """Return the address of a host."""
         return f"10.213.0.{host}"
 
     def command(self, host: int, *command: str) -> tuple[str, ...]:
-        """Return a command line that runs a command on a host."""
         return ("ip", "netns", "exec", self.name(host), *command)
 
     def set_link(self, host: int, state: str) -> None:
@@ -65,24 +62,18 @@ class NetHosts:
         self._in(self.name(host), "link", "set", "eth0", state)
 
     def pids(self) -> list[int]:
-        """Return all processes that run on the hosts."""
         return [pid for host in range(1, self.count + 1) for pid in self.pids_on(host)]
 
     def pids_on(self, host: int) -> list[int]:
-        """Return the processes that run on a host."""
         return [int(word) for word in _ip("netns", "pids", self.name(host)).split()]
 
     def bound_addresses(self, host: int) -> set[str]:
-        """Return the IPv4 addresses that UDP sockets of a host are bound to."""
         rows = _ip("netns", "exec", self.name(host), "cat", "/proc/net/udp").splitlines()[1:]
         words = [int(row.split()[1].split(":")[0], 16) for row in rows]
         return {socket.inet_ntoa(struct.pack("=I", word)) for word in words}
 
     def set_quality(self, **values: float) -> dict[str, int]:
         """Change the quality of the relay's ways, see `net_relay.Quality`; return what passed."""
-        assert self._relay is not None
-        assert self._relay.stdin is not None
-        assert self._relay.stdout is not None
         self._relay.stdin.write(json.dumps(values) + "\n")
         self._relay.stdin.flush()
         passed: dict[str, int] = json.loads(self._relay.stdout.readline())
@@ -102,7 +93,6 @@ class NetHosts:
         command = (sys.executable, str(RELAY), *names)
         pipe = subprocess.PIPE
         self._relay = subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True)
-        assert self._relay.stdout is not None
         if not self._relay.stdout.readline():
             raise OSError("no TAP devices")
         for host, name in enumerate(names, 1):

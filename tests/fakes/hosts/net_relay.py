@@ -145,7 +145,6 @@ def _tap(namespace: str) -> int:
 
 
 def main() -> None:
-    """Make the taps, say so, and pass frames on."""
     relay = Relay(sys.argv[1:])
     print("{}", flush=True)  # noqa: T201
     relay.run()

@@ -48,13 +48,19 @@ def assert_equal(message, record):
             assert value == record[name]
 
 
-def test_bytes_are_the_ros_message():
+def test_bytes_are_the_ros_message_with_every_field_in_its_place():
     record = random_beacons(1)[0]
     data = codec.serialize_beacon(record)
     message = deserialize_message(data, Beacon)
     assert_equal(message, record)
     assert serialize_message(message) == data
     assert codec.deserialize_beacon(serialize_message(message)) == record
+    fields = Beacon.get_fields_and_field_types()
+    assert list(fields)[1:] == list(codec.BEACON_DTYPE.names[2:])
+    for name in ARRAYS:
+        shape = codec.BEACON_DTYPE[name].shape
+        assert f"[{int(np.prod(shape))}]" in fields[name]
+    assert array.array("f").itemsize == codec.BEACON_DTYPE["held"].base.itemsize
 
 
 def test_neighbors_are_joined_beacons():
@@ -69,12 +75,3 @@ def test_neighbors_are_joined_beacons():
         sec, nanosec, again = deserialize_neighbors(serialize_message(message))
         assert (sec, nanosec) == (5, 700_000_000)
         np.testing.assert_array_equal(again, beacons)
-
-
-def test_every_field_has_its_place_in_the_message():
-    fields = Beacon.get_fields_and_field_types()
-    assert list(fields)[1:] == list(codec.BEACON_DTYPE.names[2:])
-    for name in ARRAYS:
-        shape = codec.BEACON_DTYPE[name].shape
-        assert f"[{int(np.prod(shape))}]" in fields[name]
-    assert array.array("f").itemsize == codec.BEACON_DTYPE["held"].base.itemsize

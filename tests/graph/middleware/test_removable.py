@@ -1,11 +1,10 @@
 """Publishers and subscriptions that end while an executor has their node; events come late."""
 
-import os
-import subprocess
 import sys
 
 import pytest
 
+from tests.fakes.programs import run_program
 from tests.fakes.ros_domains import reserved_domain
 
 # Somebody with a quality that does not fit appears after the end, before the executor's next turn.
@@ -51,11 +50,7 @@ os._exit(0)
 @pytest.mark.parametrize("kind", ["publisher", "subscription"])
 def test_a_late_event_of_what_has_ended_does_not_end_the_process(kind):
     with reserved_domain() as domain:
-        done = subprocess.run(
-            (sys.executable, "-c", CODE.replace("{kind}", kind)),
-            env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
-            capture_output=True,
-            text=True,
-            check=False,
+        done = run_program(
+            (sys.executable, "-c", CODE.replace("{kind}", kind)), {"ROS_DOMAIN_ID": str(domain)}
         )
     assert "lives" in done.stdout, done.stderr

@@ -19,7 +19,7 @@ RIGHTFUL = "/Srobot1/navigator"
 class Place:
     """A topic, its listener, and publishers by the names of their nodes."""
 
-    def __init__(self, domain: int, is_shared: bool) -> None:
+    def __init__(self, domain, is_shared):
         self.context = Context()
         rclpy.init(context=self.context, domain_id=domain)
         self._nodes = [self._make("/world")]
@@ -50,11 +50,11 @@ class Place:
             time.sleep(0.05)
         return publisher
 
-    def _is_unknown(self, name: str) -> bool:
+    def _is_unknown(self, name):
         known = self._nodes[0].get_publishers_info_by_topic(TOPIC)
         return name.rpartition("/")[2] not in [info.node_name for info in known]
 
-    def heard(self, publisher, text: str) -> bool:
+    def heard(self, publisher, text):
         """Whether a message of a publisher comes through."""
         publisher.publish(String(data=text))
         time.sleep(0.3)
@@ -63,13 +63,13 @@ class Place:
             taken.append(data)
         return any(text.encode() in data for data in taken)
 
-    def leave(self, publisher) -> None:
+    def leave(self, publisher):
         node = next(node for node in self._nodes if publisher in node.publishers)
         node.destroy_node()
         self._nodes.remove(node)
         time.sleep(0.5)
 
-    def close(self) -> None:
+    def close(self):
         self.topic.destroy()
         for node in self._nodes:
             node.destroy_node()

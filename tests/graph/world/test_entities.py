@@ -23,13 +23,6 @@ from tests.graph.conftest import ROBOT, START_LIMIT, Process, parameters
 OK = Result.RESULT_OK
 
 
-@pytest.fixture(scope="module")
-def swarm(start_swarm):
-    started = start_swarm(2)
-    started.wait_until_active()
-    return started
-
-
 def entities(swarm, **filters):
     request = GetEntities.Request()
     for name, value in filters.items():

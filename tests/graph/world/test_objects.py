@@ -27,11 +27,7 @@ POST = (
 )
 
 
-@pytest.fixture(scope="module")
-def swarm(start_swarm):
-    started = start_swarm(1)
-    started.wait_until_active()
-    return started
+ROBOTS = 1
 
 
 def spawn(swarm, x, y, name="", text=POST):
@@ -65,7 +61,6 @@ def set_state(swarm, state):
 
 
 def shown(messages):
-    """Return the actions of the newest message by name, or id of what is gone."""
     return {marker.text or marker.id: marker.action for marker in messages[-1].markers}
 
 

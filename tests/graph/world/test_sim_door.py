@@ -33,11 +33,7 @@ BOX = (
 LONG = "x" * 1_000_000
 
 
-@pytest.fixture(scope="module")
-def swarm(start_swarm):
-    started = start_swarm(1)
-    started.wait_until_active()
-    return started
+ROBOTS = 1
 
 
 @pytest.fixture(autouse=True)

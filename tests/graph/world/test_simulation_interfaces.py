@@ -22,11 +22,7 @@ name="c"><geometry><box><size>0.4 0.2 0.6</size></box></geometry></collision></l
 PLACE = Pose(3.0, 3.0, 0.5 * math.pi)
 
 
-@pytest.fixture(scope="module")
-def swarm(start_swarm):
-    started = start_swarm(1)
-    started.wait_until_active()
-    return started
+ROBOTS = 1
 
 
 def ask(swarm, name, code=OK, /, **fields):
@@ -57,15 +53,12 @@ def span(bounds):
     return [high.x - low.x, high.y - low.y, high.z - low.z]
 
 
-def test_the_constants_are_the_standards():
+def test_constants_and_servers_are_the_standards(swarm):
     """A client that filters robots by 1 got none when ours was 0."""
     assert (msg.EntityCategory.CATEGORY_ROBOT, msg.EntityCategory.CATEGORY_HUMAN) == (1, 2)
     assert (Result.RESULT_FEATURE_UNSUPPORTED, Result.RESULT_OPERATION_FAILED) == (0, 4)
     assert srv.SpawnEntities.Response.ENTITIES_SPAWN_FAILED == 150
     assert (Bounds.TYPE_BOX, Bounds.TYPE_SPHERE) == (1, 3)
-
-
-def test_every_interface_of_the_standard_has_a_server(swarm):
     names = {path.stem for path in (share_directory("interfaces") / "interfaces").glob(
         "simulation_interfaces/srv/*.srv")}  # fmt: skip
     assert len(names) == 22
@@ -77,7 +70,7 @@ def test_every_interface_of_the_standard_has_a_server(swarm):
     )
 
 
-def test_what_is_not_supported_is_not_listed_and_says_why(swarm):
+def test_what_is_not_supported_says_why(swarm):
     can = set(ask(swarm, "GetSimulatorFeatures", None).features.features)
     for name, feature in (
         ("LoadWorld", Can.WORLD_LOADING),
@@ -95,9 +88,6 @@ def test_what_is_not_supported_is_not_listed_and_says_why(swarm):
     hull = Bounds(type=Bounds.TYPE_CONVEX_HULL, points=[Vector3(), Vector3(x=1.0), Vector3(y=1.0)])
     entities(swarm, UNSUPPORTED, bounds=hull)
     entities(swarm, UNSUPPORTED, bounds=Bounds(type=Bounds.TYPE_CONVEX_HULL))
-
-
-def test_bounds_without_points_are_not_taken_for_none(swarm):
     entities(swarm, Result.RESULT_OPERATION_FAILED, bounds=Bounds(type=Bounds.TYPE_SPHERE))
     assert entities(swarm, bounds=Bounds(type=Bounds.TYPE_EMPTY)) == ["Srobot1"]
 

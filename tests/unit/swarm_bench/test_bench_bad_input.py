@@ -1,8 +1,6 @@
 """Bad input to `swarm-bench`: one clear message on stderr, exit code 2, and nothing is run."""
 
 import shutil
-from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import pytest
 
@@ -11,19 +9,15 @@ from swarm_bench.execution import cluster
 from swarm_bench.execution.processes import LocalExecutor
 from swarm_common.files.resources import share_directory
 
-Refusal = Callable[..., str]
-
 
 @pytest.fixture
-def refusal(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Refusal:
+def refusal(tmp_path, monkeypatch, capsys):
     """Return a function that runs swarm-bench with flags and returns its line on stderr."""
 
-    def must_not_run(*_: object) -> Iterator[None]:
+    def must_not_run(*_):
         yield pytest.fail("something was run")
 
-    def run(*flags: str) -> str:
+    def run(*flags):
         monkeypatch.setattr("sys.argv", ["swarm-bench", *flags])
         with pytest.raises(SystemExit) as caught:
             cli.main()
@@ -44,26 +38,15 @@ def refusal(
     ("flags", "parts"),
     [
         (["--scenario", "slim_blokage"], ["unknown scenario 'slim_blokage'", "'slim_blockage'"]),
-        (["--scenario", "none.yaml"], ["none.yaml"]),
         (["--robots", "0"], ["--robots is 0", "from 1 to 1000"]),
-        (["--robots", "-3"], ["--robots is -3"]),
-        (["--robots", "1001"], ["--robots is 1001"]),
         (["--robots", "ten"], ["--robots is 'ten'"]),
-        (["--robots", "20,"], ["--robots is '20,'"]),
         (["--scenario", "doorway", "--robots", "150"], ["room for", "75 are asked for", "2 areas"]),
         (["--scenario", "circle", "--robots", "60"], ["room for 44", "60 are asked for"]),
         (["--seeds", "x"], ["--seeds is 'x'", "0-19"]),
-        (["--seeds", "5-2"], ["'5-2'"]),
-        (["--seeds", "-1"], ["--seeds is '-1'"]),
-        (["--seeds", "1.5"], ["--seeds is '1.5'"]),
-        (["--seeds", "0-99999999"], ["0-99999999"]),
         (["--loss", "1.5"], ["loss is 1.5"]),
-        (["--delay", "-0.2"], ["delay is -0.2"]),
         (["--engine", "gazebo"], ["unknown engine 'gazebo'", "bullet, planar"]),
         (["--method", "mine"], ["unknown method 'mine'", "dwa, orca, ours"]),
         (["--set", "traffic.safety_margin"], ["expected NAME=VALUE"]),
-        (["--set", "traffic.safety_margn=0.1"], ["'traffic.safety_margn'", "safety_margin'"]),
-        (["--set", "traffic.safety_margin=big"], ["safety_margin", "'big'"]),
         (["--set", "traffic.safety_margin=-1"], ["safety_margin is -1"]),
         (["--jobs", "0"], ["--jobs is 0"]),
         (["--jobs", "2", "--ros"], ["--ros takes all cores"]),
@@ -77,16 +60,12 @@ def refusal(
             ["planner.plugin is", "--method central-mapf does not use it"],
         ),
         (["--method", "mine:Driver"], ["cannot import mine", "'mine:Driver'"]),
-        (["--method", "json:Driver"], ["unknown method 'Driver' in json"]),
         (["--robots", "9..4"], ["'9..4'", "FIRST..LAST:STEP"]),
         (["--shard", "3/2"], ["--shard is '3/2'"]),
-        (["--shard", "0/2"], ["--shard is '0/2'"]),
         (["--shard", "auto"], ["no task of a Slurm array"]),
-        (["--cluster", "udp://x"], ["--cluster is 'udp://x'", "local, tcp://"]),
         (["--cluster", "tcp://127.0.0.1:1"], ["no scheduler answers at tcp://127.0.0.1:1"]),
         (["--ros", "--cluster", "local"], ["leave out --cluster"]),
         (["--json", "none/there.jsonl"], ["none/there.jsonl"]),
-        (["--sceanrio", "corridor"], ["--sceanrio"]),
     ],
 )
 def test_bad_flags_of_traffic_are_refused(refusal, flags, parts):
@@ -115,19 +94,9 @@ def test_a_file_that_holds_no_results_is_refused(refusal, tmp_path):
     assert "no results" in refusal_of_empty(refusal, tmp_path)
 
 
-def refusal_of_empty(refusal: Refusal, folder: Path) -> str:
+def refusal_of_empty(refusal, folder):
     (folder / "empty.jsonl").write_text("", encoding="utf-8")
     return refusal("report-traffic", "empty.jsonl", "-o", "out.md")
-
-
-def test_a_report_needs_its_files(refusal):
-    assert "none.jsonl" in refusal("report-traffic", "none.jsonl", "-o", "out.md")
-
-
-def test_the_suite_checks_its_seeds(refusal):
-    flags = ("suite", "--json", "a.jsonl", "-o", "a.md")
-    assert "--seeds is 'x'" in refusal(*flags, "--seeds", "x")
-    assert "--jobs is -1" in refusal(*flags, "--jobs", "-1")
 
 
 @pytest.mark.parametrize(
@@ -136,24 +105,14 @@ def test_the_suite_checks_its_seeds(refusal):
         (["--seconds", "0"], ["--seconds is 0", "positive"]),
         (["--seconds", "1e9"], ["duration is 1000000000.0; expected a number from 0"]),
         (["--warm-up", "1800"], ["--warm-up is 1800", "less than --seconds 1800"]),
-        (["--warm-up", "-1"], ["--warm-up is -1"]),
-        (["--robots", "0..4"], ["--robots is 0", "from 1 to 1000"]),
-        (["--robots", "4..8:0"], ["'4..8:0'", "FIRST..LAST:STEP"]),
         (["--precision", "0"], ["--precision is '0'", "3%"]),
-        (["--precision", "x%"], ["--precision is 'x%'"]),
         (["--budget", "30"], ["--budget is '30'", "30min"]),
-        (["--budget", "-3min"], ["--budget is '-3min'"]),
         (["--shard", "1/2", "--budget", "1h"], ["--shard needs a fixed list"]),
         (["--sweep", "loss"], ["--sweep is 'loss'", "NAME=VALUE,VALUE"]),
         (["--sweep", "loss=0,0"], ["different values"]),
-        (["--sweep", "loss=x"], ["loss is 'x'", "a number"]),
         (["--sweep", "controller.max_vel=1"], ["unknown parameter 'max_vel' in --sweep"]),
-        (["--sweep", "world=nowhere,slim_blockage"], ["unknown world 'nowhere'"]),
-        (["--sweep", "method=mine"], ["unknown method 'mine'"]),
-        (["--mission", "none.yaml"], ["none.yaml"]),
         (["-o", "sweep.pdf"], ["sweep.pdf", ".html"]),
         (["-o", "none/sweep.html"], ["no folder none"]),
-        (["--compare", "a.yaml", "b.yaml"], ["a.yaml"]),
     ],
 )
 def test_bad_flags_of_sweep_are_refused(refusal, flags, parts):

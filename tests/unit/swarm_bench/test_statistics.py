@@ -9,32 +9,33 @@ from swarm_bench.statistics import Interval, mean_of_runs, student_mean
 from swarm_bench.study.levels import change_of_sides, critical_size, dip_of
 
 
-def test_wilson_interval_of_newcombe_1998():
+def test_wilson_intervals_are_the_published_ones():
     """Newcombe 1998, table I, method 3: 81 of 263."""
     found = statistics.wilson(81, 263)
     assert found.low == pytest.approx(0.2553, abs=5e-5)
     assert found.high == pytest.approx(0.3662, abs=5e-5)
-
-
-def test_wilson_interval_of_no_success_in_20():
-    """Newcombe 1998, table I, method 3: 0 of 20."""
+    # Newcombe 1998, table I, method 3: 0 of 20.
     found = statistics.wilson(0, 20)
     assert found.low == pytest.approx(0.0, abs=1e-9)
     assert found.high == pytest.approx(0.1611, abs=5e-5)
-
-
-def test_zero_contacts_in_1305_runs():
     assert statistics.bound_of_zero(1305) == pytest.approx(0.0023, abs=5e-5)
     assert statistics.bound_of_zero(100) == pytest.approx(3.0 / 100, rel=0.02)
 
 
-def test_holm_of_four_p_values():
+def test_holm_of_four_and_profiles_by_hand():
     """0.01, 0.04, 0.03, 0.005: 0.005 and 0.01 are rejected at 5 %, the others are not."""
     found = statistics.holm([0.01, 0.04, 0.03, 0.005])
     assert found == pytest.approx([0.03, 0.06, 0.06, 0.02])
+    assert statistics.interquartile_mean([0, 1, 2, 3, 4, 5, 6, 1000]) == pytest.approx(3.5)
+    # batches 8, 12, 10, 10: variance 8/3, of the mean 2/3; two such runs: 1/3, 6 degrees
+    found = mean_of_runs([10.0, 10.0], [[8.0, 12.0, 10.0, 10.0]] * 2)
+    assert found.half_width == pytest.approx(2.4469 * math.sqrt(1 / 3), abs=1e-4)
+    assert mean_of_runs([1.0, 2.0, 3.0], [[5.0, 9.0]] * 3) == student_mean([1.0, 2.0, 3.0])
+    assert student_mean([4.0]).half_width == math.inf
+    assert statistics.profile([1.0, 1.2, math.inf, 3.0], (1.0, 1.25, 5.0)) == [0.25, 0.5, 0.75]
 
 
-def test_kaplan_meier_of_freireich_1963():
+def test_survival_is_that_of_freireich_1963():
     """Remission of leukaemia under 6-MP, 21 patients, as in Kalbfleisch and Prentice."""
     ended = [6, 6, 6, 7, 10, 13, 16, 22, 23]
     censored = [6, 9, 10, 11, 17, 19, 20, 25, 32, 32, 34, 35]
@@ -45,22 +46,12 @@ def test_kaplan_meier_of_freireich_1963():
     for time, survival in expected.items():
         assert curve.survival[curve.times.tolist().index(time)] == pytest.approx(survival, abs=6e-4)
     assert curve.median == 23
-
-
-def test_median_of_runs_that_mostly_do_not_end_is_infinite():
     assert math.isinf(statistics.kaplan_meier([5, 9, 9], [True, False, False]).median)
-
-
-def test_the_median_of_two_runs_is_their_mean():
     assert statistics.kaplan_meier([100, 150], [True, True]).median == 125
     assert math.isinf(statistics.kaplan_meier([100, 150], [True, False]).median)
 
 
-def test_interquartile_mean():
-    assert statistics.interquartile_mean([0, 1, 2, 3, 4, 5, 6, 1000]) == pytest.approx(3.5)
-
-
-def test_paired_difference_of_darwins_plants():
+def test_pairs_are_those_of_darwins_plants():
     """Darwin 1876: crossed less self-fertilised Zea mays, 15 pairs, in eighths of an inch.
 
     Mean 20.93 (Fisher 1935); Wilcoxon's two-sided p is 0.041 for T = 24.
@@ -71,6 +62,12 @@ def test_paired_difference_of_darwins_plants():
     assert found.p == pytest.approx(0.041, abs=1e-3)
     assert found.mean.low == pytest.approx(1.7, abs=2.5)  # Fisher's t interval is 0.03 to 41.8
     assert found.mean.high == pytest.approx(38.0, abs=2.5)
+    drugs = [dict(enumerate(hours)) for hours in (SECOND, FIRST)]
+    found = statistics.paired(*drugs, student_mean).mean
+    assert found.estimate == pytest.approx(1.58)
+    assert (found.low, found.high) == pytest.approx((0.7001142, 2.4598858), abs=1e-6)
+    assert found.freedom == 9
+    assert statistics.paired({3: 1.0, 5: 2.0}, {3: 1.0, 5: 2.0}).p == 1.0
 
 
 # Student (1908): hours of sleep that two drugs gave the same ten patients
@@ -78,27 +75,7 @@ FIRST = [0.7, -1.6, -0.2, -1.2, -0.1, 3.4, 3.7, 0.8, 0.0, 2.0]
 SECOND = [1.9, 0.8, 1.1, 0.1, -0.1, 4.4, 5.5, 1.6, 4.6, 3.4]
 
 
-def test_students_interval_of_pairs_is_the_published_one():
-    drugs = [dict(enumerate(hours)) for hours in (SECOND, FIRST)]
-    found = statistics.paired(*drugs, student_mean).mean
-    assert found.estimate == pytest.approx(1.58)
-    assert (found.low, found.high) == pytest.approx((0.7001142, 2.4598858), abs=1e-6)
-    assert found.freedom == 9
-
-
-def test_batch_means_by_hand():
-    # batches 8, 12, 10, 10: variance 8/3, of the mean 2/3; two such runs: 1/3, 6 degrees
-    found = mean_of_runs([10.0, 10.0], [[8.0, 12.0, 10.0, 10.0]] * 2)
-    assert found.half_width == pytest.approx(2.4469 * math.sqrt(1 / 3), abs=1e-4)
-    assert mean_of_runs([1.0, 2.0, 3.0], [[5.0, 9.0]] * 3) == student_mean([1.0, 2.0, 3.0])
-    assert student_mean([4.0]).half_width == math.inf
-
-
-def test_equal_methods_do_not_differ():
-    assert statistics.paired({3: 1.0, 5: 2.0}, {3: 1.0, 5: 2.0}).p == 1.0
-
-
-def test_critical_size_is_where_throughput_stays_or_runs_fail():
+def test_sides_change_where_throughput_stays_or_runs_fail():
     gains = {
         10: {0: 100, 1: 101}, 20: {0: 180, 1: 181}, 35: {0: 181, 1: 182}, 50: {0: 170, 1: 171}
     }  # fmt: skip
@@ -106,22 +83,12 @@ def test_critical_size_is_where_throughput_stays_or_runs_fail():
     assert critical_size(gains, fine) == Interval(20, 20, 20)
     assert critical_size(gains, fine | {20: {0: True, 1: False}}).estimate == 10
     assert critical_size(gains, fine | {10: {0: False, 1: False}}).estimate == 0
-
-
-def test_sides_change_once_or_not_at_all():
     rising = {10: [-5.0, -4.0, -6.0], 20: [-1.0, 2.5, -1.0], 35: [4.0, 5.0, 6.0]}
     found = change_of_sides(rising)
     assert found is not None
     assert found == Interval(20, 20, 35)
     assert change_of_sides({10: [1.0], 20: [2.0]}) is None
     assert change_of_sides({}) is None
-
-
-def test_performance_profile():
-    assert statistics.profile([1.0, 1.2, math.inf, 3.0], (1.0, 1.25, 5.0)) == [0.25, 0.5, 0.75]
-
-
-def test_a_run_that_never_catches_up_has_not_recovered():
     usual = ([1] * 10, [1] * 10)
     found = dip_of(([1] * 10, [1] * 5 + [0] * 5), usual, 300.0, 60.0)
     assert found == (1.0, 5.0, 15.0, 300.0, False)

@@ -52,7 +52,6 @@ def test_the_best_plan_costs_what_exhaustive_search_finds():
         if best is None:
             assert plan is None
         else:
-            assert plan is not None
             assert plan.is_best
             assert plan.cost == best
 

@@ -15,7 +15,7 @@ ROADMAP = grid_roadmap(np.ones((2, 3), np.bool_))
 NAMES = ("A", "B", "C", "D")
 
 
-def fault_in(*steps: list[int], start: list[int] | None = None, goals: list[int] | None = None):
+def fault_in(*steps, start=None, goals=None):
     """Return the fault of a plan from its own first step to its own last, if not told otherwise."""
     plan = np.array(steps, np.int32)
     return first_fault(
@@ -66,7 +66,6 @@ def test_what_robots_can_drive_passes(steps):
 )
 def test_each_rule_is_told_with_robot_step_and_cell(steps, ends, kind, told):
     fault = fault_in(*steps, **ends)
-    assert fault is not None
     assert fault.kind == kind
     assert sentence(fault, NAMES, ROADMAP.cells) == told
 
@@ -79,13 +78,8 @@ def test_a_missing_way_between_neighbouring_cells_is_told_as_a_wall():
     assert "a thin wall is between them" in sentence(fault, NAMES, ROADMAP.cells)
 
 
-def test_circles_may_be_allowed():
-    plan = np.array([[0, 1, 4, 3], [1, 4, 3, 0]], np.int32)
-    assert first_fault(plan, ROADMAP.costs.neighbors, may_rotate=True) is None
-
-
 @st.composite
-def plans(draw: st.DrawFn) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def plans(draw):
     """Return a plan of mostly single moves on the 2 x 3 grid, a start and goals."""
     count = draw(st.integers(1, 4))
     steps = [draw(st.permutations(range(6)))[:count]]

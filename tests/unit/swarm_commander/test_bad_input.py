@@ -1,33 +1,25 @@
 """Bad input to `swarm-up`: one clear message on stderr, exit code 2, and nothing is started."""
 
-import os
 import socket
-import stat
-from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import pytest
 
 from swarm_commander.cli import main as cli
-from swarm_commander.run.processes.supervisor import ProcessSpec
 from swarm_commander.run.supervision import Supervision
 from swarm_run.domain import DomainLock
 from tests.fakes.charging import hall_with_chargers, waffle_with_battery
 
 DOMAIN = 230
-Refusal = Callable[..., str]
 
 
 @pytest.fixture
-def refusal(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Iterator[Refusal]:
+def refusal(tmp_path, monkeypatch, capsys):
     """Yield a function that runs swarm-up with flags and returns its only line on stderr."""
 
-    def must_not_start(_: object, spec: ProcessSpec) -> None:
+    def must_not_start(_, spec):
         pytest.fail(f"{spec.name} was started")
 
-    def run(*flags: str) -> str:
+    def run(*flags):
         monkeypatch.setattr("sys.argv", ["swarm-up", *flags])
         with pytest.raises(SystemExit) as caught:
             cli.swarm_up()
@@ -49,15 +41,12 @@ def refusal(
     ("flags", "advice"),
     [
         (["--world", "Hall_Three"], "unknown world 'Hall_Three'; did you mean 'hall_three'"),
-        (["--world", "hall_tree"], "did you mean 'hall_three'"),
         (["--world", "PLAYGROUND"], "did you mean 'playground'"),
         (
             ["--world", "hall.yaml"],
             "is a floor plan; build a world of it first: swarm-map new hall",
         ),
-        (["--world", "hall.PNG"], "is a floor plan; build a world of it first: swarm-map new hall"),
         (["--mission", "deliver"], "did you mean './deliver.yaml'"),
-        (["--fleet", "deliver"], "did you mean './deliver.yaml'"),
     ],
 )
 def test_files_of_the_current_folder_are_proposed(refusal, tmp_path, flags, advice):
@@ -100,34 +89,23 @@ def test_the_commander_says_how_it_is_written(flags, hint, monkeypatch, capsys):
     ("flags", "parts"),
     [
         (["--swarm-size", "0"], ["--swarm-size is 0", "1 or more"]),
-        (["--swarm-size", "-3"], ["--swarm-size is -3"]),
         (["--swarm-size", "101"], ["101", "--over-limit"]),
         (["--swarm-size", "ten"], ["--swarm-size", "ten"]),
-        (["--swarm-size", "2.5"], ["--swarm-size", "2.5"]),
         (["--swarm-sise", "3"], ["--swarm-sise", "--swarm-size"]),
         (["--world", "slim_blokage"], ["unknown world 'slim_blokage'", "'slim_blockage'"]),
-        (["--world", "none/world.sdf"], ["none/world.sdf"]),
         (["--robot", "none/own.urdf"], ["there is no file or folder 'none/own.urdf'"]),
         (["--world", "none.sdf"], ["there is no file or folder 'none.sdf'"]),
         (["--robot", "turtlebot_waffle"], ["unknown robot", "'turtlebot3_waffle'"]),
-        (["--mission", "loading"], ["unknown mission 'loading'", "'loading_route'"]),
-        (["--mission", "none.yaml"], ["none.yaml"]),
         (["--map", "none.yaml"], ["none.yaml"]),
-        (["--params", "none.yaml"], ["none.yaml"]),
         (["--speed", "quick"], ["--speed is 'quick'"]),
         (["--viewer", "--headless"], ["--viewer and --headless exclude each other"]),
         (["--rviz", "Srobot9"], ["unknown robot 'Srobot9' in --rviz", "did you mean"]),
-        (["--rviz", "--headless"], ["--rviz and --headless exclude each other"]),
         (["--record", "--record-rate", "0"], ["--record-rate is 0.0; it must be a positive"]),
-        (["--record-rate", "5"], ["--record-rate need --record"]),
         (["--record", "--record-topics", "scam"], ["'scam' matches no topic", "scan"]),
-        (["--fleet", "none.yaml"], ["none.yaml"]),
-        (["--fleet", "mixd"], ["unknown fleet 'mixd'", "'mixed'"]),
         (["--fleet", "mixed", "--swarm-size", "5"], ["--swarm-size is 5", "30 robots"]),
         (["--fleet", "mixed", "--robot", "turtlebot3_waffle"], ["--robot and --fleet exclude"]),
         (["--viewer", "--port", "70000"], ["--port is 70000; expected 1 to 65535"]),
         (["--viewer", "--viewer-host", "192.0.2.1"], ["cannot listen on 192.0.2.1:8080"]),
-        (["extra"], ["extra"]),
     ],
     ids=" ".join,
 )
@@ -137,7 +115,6 @@ def test_flags(refusal, flags, parts):
         assert part in message
 
 
-PGM = b"P5 4 3 255\n" + bytes(12)
 MAP = "image: map.pgm\nresolution: {resolution}\norigin: {origin}\nnegate: 0\n"
 MAP += "occupied_thresh: 0.65\nfree_thresh: 0.25\n"
 
@@ -147,9 +124,6 @@ MAP += "occupied_thresh: 0.65\nfree_thresh: 0.25\n"
     [
         ("0.05", "[0, 0, 0]", None, "map.pgm"),
         ("0.05", "[0, 0, 0]", b"P5 40 30 255\n" + bytes(12), "map.pgm"),
-        ("0", "[0, 0, 0]", PGM, "resolution"),
-        ("0.05", "[0, 0]", PGM, "origin"),
-        ("0.05", "[0, 0", PGM, "line"),
     ],
 )
 def test_a_map(refusal, tmp_path, resolution, origin, image, part):
@@ -180,9 +154,6 @@ def test_a_parameter_file(refusal, tmp_path, text, part):
 @pytest.mark.parametrize(
     ("text", "part"),
     [
-        ("groups:\n  - {model: turtlebot3_burger, count: 0}\n", "count is 0"),
-        ("groups:\n  - {model: turtlebot3_burgr, count: 1}\n", "'turtlebot3_burger'"),
-        ("groups:\n  - {model: turtlebot3_burger, count: 1\n", "line"),
         ("groups:\n  - {model: turtlebot3_burger, count: 101}\n", "--over-limit"),
         (
             "groups:\n  - {model: turtlebot3_burger, count: 1, mission: loading_route}\n",
@@ -225,30 +196,8 @@ def test_a_mission_file(refusal, tmp_path):
     assert "sites.yaml" in message
 
 
-def test_a_domain_in_use(refusal):
-    lock = DomainLock(DOMAIN)
-    try:
-        assert f"ROS domain {DOMAIN} is in use" in refusal()
-    finally:
-        lock.release()
-
-
-def test_an_impossible_domain(refusal, monkeypatch):
-    monkeypatch.setenv("ROS_DOMAIN_ID", "900")
-    assert "ROS_DOMAIN_ID is '900'" in refusal()
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
-def test_a_run_folder_without_permission(refusal, tmp_path):
-    (tmp_path / "locked").mkdir(mode=stat.S_IRUSR | stat.S_IXUSR)
-    assert "cannot write the run folder" in refusal("--run-dir", "locked/run")
-
-
-def test_a_run_folder_where_not_even_root_may_write(refusal):
+def test_a_run_folder_where_nobody_may_write_or_that_is_a_file(refusal, tmp_path):
     assert "cannot write the run folder" in refusal("--run-dir", "/proc/swarm/run")
-
-
-def test_a_run_folder_that_is_a_file(refusal, tmp_path):
     (tmp_path / "file").write_text("", encoding="utf-8")
     assert "cannot write the run folder" in refusal("--run-dir", "file")
 

@@ -2,33 +2,26 @@
 
 import json
 import os
-import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[3]
+from tests.fakes.programs import run_program
+
 RVIZ = '#!/bin/sh\necho "$@" >> "$RVIZ_LOG"\nexit ${RVIZ_CODE:-0}\n'
 
 
-def up(folder: Path, *flags: str, **variables: str) -> subprocess.CompletedProcess[str]:
-    """Run a mission of three robots to its end."""
+def up(folder, *flags, **variables):
     command = (sys.executable, "-m", "tests.fakes.plain.up", "--swarm-size", "3")
     mission = ("--mission", "loading_route", "--until-done", "--run-dir", str(folder / "run"))
-    return subprocess.run(
-        (*command, *mission, *flags, "--no-report"),
-        env=os.environ | {"ROS_DOMAIN_ID": "87", "PYTHONPATH": str(ROOT)} | variables,
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=60,
+    return run_program(
+        (*command, *mission, *flags, "--no-report"), {"ROS_DOMAIN_ID": "87"} | variables, cwd=folder
     )
 
 
 @pytest.fixture
-def rviz(tmp_path: Path) -> dict[str, str]:
+def rviz(tmp_path):
     """A program named rviz2 that notes how it was called."""
     program = tmp_path / "bin" / "rviz2"
     program.parent.mkdir()
@@ -40,7 +33,7 @@ def rviz(tmp_path: Path) -> dict[str, str]:
     }
 
 
-def calls(tmp_path: Path, count: int) -> list[str]:
+def calls(tmp_path, count):
     deadline = time.monotonic() + 5.0
     log = tmp_path / "rviz.log"
     while not log.is_file() or len(log.read_text().splitlines()) < count:

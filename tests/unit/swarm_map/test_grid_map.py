@@ -1,7 +1,5 @@
 """Grid maps and scenarios in the Moving AI Lab's formats become worlds that their maps show."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -33,7 +31,7 @@ OURS = ("mapf_game", "mapf_maze", "mapf_random", "mapf_room", "mapf_warehouse")
 CELLS = {"mapf_maze": 1.8}
 
 
-def written(folder: Path, text: str, scen: str = "") -> tuple[Path, Path | None]:
+def written(folder, text, scen=""):
     (folder / "x.map").write_text(text)
     if not scen:
         return folder / "x.map", None
@@ -72,16 +70,12 @@ def test_a_map_becomes_walls_where_nobody_can_be(tmp_path):
     [
         (MAP.replace("octile", "tile"), "", "expected 'type octile'"),
         (MAP.replace("height 4", "height 5"), "", "4 rows; the header says 5"),
-        (MAP.replace("height 4", "height -4"), "", "height: '-4'"),
         (MAP.replace("..@.T", "..@.X"), "", "line 5: unknown ['X']"),
-        (MAP.replace("..@.T", "..@."), "", "line 5: 4 cells, not 5"),
         (MAP.replace(".", "@").replace("G", "@").replace("S", "@"), "", "no cell is free"),
-        ("", "", "the first lines are []"),
         (MAP, "0 x.map", "expected 'version 1'"),
         (MAP, SCEN.replace("\t5.4", ""), "line 2: 8 fields; expected 9"),
         (MAP, SCEN.replace("\t5\t4\t", "\t6\t4\t"), "a map of 6 x 4 cells"),
         (MAP, SCEN.replace("0\t0\t4\t1", "2\t0\t4\t1"), "nobody can be at x 2, y 0"),
-        (MAP, SCEN.replace("0\t0\t4\t1", "9\t0\t4\t1"), "nobody can be at x 9, y 0"),
         (MAP, "version 1\n", "names no start and goal"),
     ],
 )
@@ -90,11 +84,6 @@ def test_malformed_files_are_refused(tmp_path, text, scen, message):
     with pytest.raises(ConfigError) as caught:
         load_grid_map(path, 1.0, scenario)
     assert message in str(caught.value)
-
-
-def test_a_cell_has_a_size(tmp_path):
-    with pytest.raises(ConfigError, match="--cell is 0; expected"):
-        load_grid_map(written(tmp_path, MAP)[0], 0.0)
 
 
 @pytest.mark.parametrize("name", OURS)

@@ -2,7 +2,6 @@
 
 import json
 import math
-from pathlib import Path
 
 import pytest
 
@@ -11,13 +10,13 @@ from swarm_map.map_command import map_app
 from swarm_run.command_line import run_app
 
 
-def run(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
+def run(monkeypatch, *words):
     monkeypatch.setattr("sys.argv", ["swarm-map", *map(str, words)])
     return run_app("swarm-map", lambda: map_app)
 
 
 @pytest.fixture(scope="module")
-def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def exported(tmp_path_factory):
     path = tmp_path_factory.mktemp("lif") / "hall.lif"
     with pytest.MonkeyPatch.context() as patch:
         assert run(patch, "export", "slim_blockage", "--vda5050-layout", path) == 0
@@ -54,8 +53,6 @@ def test_a_layout_becomes_a_world(exported, tmp_path, monkeypatch):
     ("text", "word"),
     [
         ("{", "no layout"),
-        ('{"layouts": []}', "0 layouts"),
-        ('{"layouts": [{"nodes": []}]}', "with nodes"),
         ('{"layouts": [{"nodes": [{"nodeId": "a", "nodePosition": {"x": 1}}]}]}', "`y`"),
         ('{"layouts": [{"nodes": [{"nodeId": "a", "nodePosition": {"x": 1e9, "y": 0}}]}]}', "1000"),
         (

@@ -1,7 +1,5 @@
 """Stations of a picture by colour and name, and the preview of the world made of it."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from PIL import Image, ImageDraw
@@ -14,7 +12,7 @@ from tests.unit.swarm_map.test_map_command import run
 ORANGE, VIOLET, GREEN = "#ff8000", "#c000ff", "#00ff00"
 
 
-def draw(folder: Path, marks: str) -> Path:
+def draw(folder, marks):
     """Draw 12 m x 8 m with two orange spots, a violet and a green one, and a start."""
     image = Image.new("RGB", (240, 160), "white")
     pen = ImageDraw.Draw(image)

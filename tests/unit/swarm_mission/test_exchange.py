@@ -29,9 +29,11 @@ def test_where_not_all_can_change_the_places_are_still_different(count, groups):
     assert len(stay) == (count if groups == 1 else 1)
 
 
-def test_draws_depend_on_the_seed_and_on_nothing_else():
+def test_draws_follow_the_seed_and_take_the_farthest_place():
     assert other_groups(24, 4, "7") == other_groups(24, 4, "7")
     assert len({tuple(other_groups(24, 4, str(seed))) for seed in range(20)}) == 20
+    (chosen,) = roaming(HOMES[:1], PLACES, 1, 100.0, "0")
+    assert PLACES[chosen[0]] == Pose(5.0, 3.0, 0.0)
 
 
 HOMES = tuple(Pose(float(x), 0.0, 0.0) for x in range(6))
@@ -48,8 +50,3 @@ def test_roaming_robots_never_share_a_place_and_go_far(seed):
         here = [PLACES[index] for index in chosen]
         assert all(a.distance(b) >= 2.5 for a, b in zip(last, here, strict=True))
         last = here
-
-
-def test_where_nothing_is_far_enough_the_farthest_free_place_is_taken():
-    (chosen,) = roaming(HOMES[:1], PLACES, 1, 100.0, "0")
-    assert PLACES[chosen[0]] == Pose(5.0, 3.0, 0.0)

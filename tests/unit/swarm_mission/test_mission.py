@@ -1,27 +1,26 @@
 import math
-from pathlib import Path
 
 import pytest
 
 from swarm_common.files.sites_io import load_sites
-from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
+from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites, SpawnArea, SpawnAreas
 from swarm_common.model.zones import KeepoutZone, Zones
 from swarm_describe.worlds.world_file import find_world
 from swarm_mission.leg import HOME
-from swarm_mission.mission import Mission, load_mission, mission_path, single_goal, usual_mission
+from swarm_mission.mission import load_mission, single_goal, usual_mission
 
 HOME_POSE = Pose(1.0, 2.0, 3.0)
 LOADERS = [f"loader_{number}" for number in range(1, 7)]
 
 
 @pytest.fixture(scope="module")
-def hall() -> Sites:
+def hall():
     return load_sites(find_world("slim_blockage").parent / "sites.yaml")
 
 
-def stops(sites: Sites, **changes: int) -> list[str]:
+def stops(sites, **changes):
     values = {"seed": 0, "robot_id": 1} | changes
     return [s.name for s in load_mission("loading_route").stops(sites, HOME_POSE, **values)]
 
@@ -32,70 +31,37 @@ def test_the_loading_route_has_eight_goals_that_end_at_home(hall):
     assert names[6:] == ["shipping", HOME]
 
 
-def test_the_order_depends_on_seed_and_robot_and_on_nothing_else(hall):
+def test_the_order_depends_on_seed_robot_and_lap(hall):
     assert stops(hall) == stops(hall)
     orders = {tuple(stops(hall, seed=s, robot_id=r)) for s in range(5) for r in range(1, 5)}
     assert len(orders) > 15
-
-
-def test_each_lap_has_an_order_of_its_own(hall):
     names = stops(hall, laps=3)
     assert len(names) == 24
     assert names[:8] == stops(hall)
     assert not names[:6] == names[8:14] == names[16:22]
-
-
-def test_a_limit_cuts_the_route(hall):
     assert stops(hall, limit=3) == stops(hall)[:3]
     assert len(stops(hall, limit=100)) == 8
 
 
-def test_a_loader_is_left_after_two_ticks(hall):
+def test_a_loader_is_left_and_home_is_the_pose_given(hall):
     mission = load_mission("loading_route")
     pauses = [stop.pause_ticks for stop in mission.stops(hall, HOME_POSE, seed=0, robot_id=1)]
     assert pauses == [2, 2, 2, 2, 2, 2, 0, 0]
-
-
-def test_home_is_the_pose_given(hall):
     assert load_mission("loading_route").stops(hall, HOME_POSE, seed=0, robot_id=1)[
         -1
     ].pose_map == (HOME_POSE)
-
-
-def test_a_single_goal_needs_no_sites():
     (stop,) = single_goal(Pose(1.5, 2.0, 0.0)).stops(Sites(), HOME_POSE, seed=0, robot_id=1)
     assert stop.pose_map == Pose(1.5, 2.0, 0.0)
-
-
-def test_a_station_that_the_world_lacks_is_named_with_the_closest():
-    sites = Sites(stations={"loader_one": HOME_POSE})
-    with pytest.raises(UnknownNameError, match=r"loader_1.*sites\.yaml.*'loader_one'"):
-        load_mission("loading_route").check_stations(sites, "sites.yaml")
-
-
-def test_an_unknown_mission_is_named_with_the_closest():
-    with pytest.raises(UnknownNameError, match="did you mean 'loading_route'"):
-        mission_path("loading_rout")
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ("route: [", "line 1.*malformed"),
-        ("rout: []", "unknown key 'rout'.*'route'"),
-        ("route: 5", "route is 5; expected a list"),
         ("route: []", "empty"),
-        ("route:\n  - statoins: [a]", r"route\[0\].*'stations'"),
         ("route:\n  - home: true\n  - home: 3", r"line 3: route\[1\].home is 3; expected true"),
         ("route:\n  - home: true\n    pose: [1, 2, 3]", "exactly one of"),
-        ("route:\n  - pose: [1, 2]", "pose.*3 numbers"),
-        ("route:\n  - pose: [1, 2, x]", "is 'x'; expected a number"),
-        ("route:\n  - stations: [a]\n    order: randm", "did you mean 'random'"),
-        ("route:\n  - stations: [a]\n    pause: -1", "pause is -1"),
-        ("route:\n  - stations: loader_1", "list of texts"),
         ("retries: yes\nroute:\n  - home: true", "retries is True"),
-        ("retries: -1\nroute:\n  - home: true", "retries is -1"),
-        ("route: []\nroute: []", "line 2.*twice"),
     ],
 )
 def test_a_faulty_file_is_refused_with_file_and_place(tmp_path, text, message):
@@ -106,28 +72,26 @@ def test_a_faulty_file_is_refused_with_file_and_place(tmp_path, text, message):
     assert "mine.yaml" in str(caught.value)
 
 
-def test_a_file_that_is_missing_is_named(tmp_path):
-    with pytest.raises(SwarmError, match=r"none\.yaml"):
-        load_mission(str(tmp_path / "none.yaml"))
-
-
 # Missions in which robots change places or roam
 
 RING = [Pose(float(k), 0.0, 0.5) for k in range(5)]
 
 
-def own_mission(folder: Path, text: str) -> Mission:
+def own_mission(folder, text):
     path = folder / "mine.yaml"
     path.write_text(text, encoding="utf-8")
     return load_mission(str(path))
 
 
-def test_robots_cross_over_to_the_opposite_place_and_face_the_other_way(tmp_path):
+def test_robots_cross_over_knowing_other_homes(tmp_path):
     mission = own_mission(tmp_path, "route:\n  - swap: opposite")
     (stop,) = mission.stops(Sites(), RING[1], seed=0, robot_id=2, homes_map=RING)
     assert stop.name == "home of Srobot4"
     assert (stop.pose_map.x, stop.pose_map.y) == (3.0, 0.0)
     assert stop.pose_map.yaw == pytest.approx(0.5 - math.pi)
+    mission = own_mission(tmp_path, "route:\n  - swap: opposite")
+    with pytest.raises(ConfigError, match="swarm-up --mission"):
+        mission.stops(Sites(), HOME_POSE, seed=0, robot_id=1)
 
 
 def test_robots_change_the_room(tmp_path):
@@ -178,23 +142,12 @@ def test_only_some_of_the_stations_may_be_taken(tmp_path):
     assert {tuple(stop.name for stop in route) for route in routes} == {("a",), ("b",), ("c",)}
 
 
-def test_who_does_not_know_the_other_homes_cannot_swap(tmp_path):
-    mission = own_mission(tmp_path, "route:\n  - swap: opposite")
-    with pytest.raises(ConfigError, match="swarm-up --mission"):
-        mission.stops(Sites(), HOME_POSE, seed=0, robot_id=1)
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("route:\n  - swap: sideways", "unknown swap 'sideways'.*opposite"),
         ("route:\n  - roam: -1", "roam is -1"),
-        ("route:\n  - roam: 2.5", "roam is 2.5; expected an integer"),
         ("route:\n  - stations: [a]\n    take: 2", "take is 2; expected 1 to 1"),
         ("route:\n  - home: true\n    swap: opposite", "exactly one of"),
-        ("route:\n  - roam: 2\n    distance: -1", "distance is -1"),
-        ("start_spread: -1\nroute:\n  - home: true", "start_spread is -1"),
-        ("spawn: [3]\nroute:\n  - home: true", "spawn is .*; expected text"),
     ],
 )
 def test_faults_of_the_newer_kinds_are_refused(tmp_path, text, message):

@@ -8,7 +8,7 @@ import random
 import numpy as np
 import pytest
 
-from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, Twist, wrap_angle
+from swarm_common.model.records import CONTROL_PERIOD, Pose, Twist, wrap_angle
 from swarm_describe.robots.fleet import limits_of
 from swarm_describe.robots.loading import load_robot
 from swarm_nav.control.dwa_kernels import held_gap
@@ -25,12 +25,12 @@ FAST = dataclasses.replace(WAFFLE, max_vel_x=1.0, max_vel_theta=1.5, acc_lim_the
 class Body:
     """A drive that ramps, in fine steps, as that of the planar engine."""
 
-    def __init__(self, pose: Pose, spec: RobotSpec) -> None:
+    def __init__(self, pose, spec):
         self.pose, self.twist, self.spec = pose, Twist(), spec
         self.command = Twist()
         self.track: list[tuple[float, float]] = []
 
-    def step(self, command: Twist) -> None:
+    def step(self, command):
         self.command = command
         step = CONTROL_PERIOD / FINE
         ramps = [limit * step for limit in (self.spec.acc_lim_x, self.spec.acc_lim_y or 0.0)]
@@ -47,7 +47,7 @@ class Body:
             self.track.append((x, y))
         self.pose, self.twist = pose, Twist(vx, vy, wz)
 
-    def way_to_stop(self, command: Twist) -> list[tuple[float, float]]:
+    def way_to_stop(self, command):
         """Return the places that it passes with a command for a period, and braking after it."""
         body = copy.copy(self)
         body.track = []
@@ -60,17 +60,17 @@ class Body:
 class Trial:
     """One robot in a room, to which things happen at random."""
 
-    def __init__(self, spec: RobotSpec, seed: int) -> None:
+    def __init__(self, spec, seed):
         parameters = config_from_parameters({**limits_of(spec), "costmap.scan_timeout": 0.0})
         self.squad = Squad(room(6.0, 5.0), [Pose(1.5, 2.5, 0.0)], parameters, spec=spec)
-        self.body = self.squad.bodies[0] = Body(Pose(1.5, 2.5, 0.0), spec)  # type: ignore[call-overload]
+        self.body = self.squad.bodies[0] = Body(Pose(1.5, 2.5, 0.0), spec)
         self.robot = self.squad.robots[0]
         self.rng = random.Random(seed)
         self.crate: tuple[float, float] | None = None
         self.until = {"deaf": 0, "crate": 0}
         self.squad.scan = self.scan
 
-    def scan(self, index: int, pose: Pose) -> np.ndarray:
+    def scan(self, index, pose):
         if self.crate is None:
             return NOTHING_SEEN
         lidar = pose.compose(Pose(self.body.spec.lidar.x, 0.0, 0.0))
@@ -81,11 +81,11 @@ class Trial:
         is_hit = (half > 0.0) & (along > 0.0)
         return np.where(is_hit, along - np.sqrt(np.maximum(half, 0.0)), np.inf).astype(np.float32)
 
-    def goal(self) -> Pose:
+    def goal(self):
         yaw = self.rng.choice((math.nan, self.rng.uniform(-3.0, 3.0)))
         return Pose(self.rng.uniform(1.0, 5.0), self.rng.uniform(1.0, 4.0), yaw)
 
-    def happen(self) -> str:
+    def happen(self):
         what = self.rng.choice(
             ("goal", "cancel", "deaf", "pose", "back up", "again", "crate", "replan")
         )
@@ -113,7 +113,7 @@ class Trial:
                 self.robot._goal_manager.replan()
         return what
 
-    def worst(self, ticks: int) -> tuple[float, int, list[str]]:
+    def worst(self, ticks):
         """Return the largest distance [m] of a way to stop from what is announced, when and why."""
         worst: tuple[float, int, list[str]] = (0.0, 0, [])
         what: list[str] = []
@@ -128,7 +128,6 @@ class Trial:
             before = copy.copy(self.body)
             self.squad.run(1, deaf=(0,) if tick < self.until["deaf"] else ())
             beacon = self.squad.beacons[0]
-            assert beacon is not None
             held = np.ascontiguousarray(beacon["held"][: beacon["held_size"]], np.float64)
             track = before.way_to_stop(self.body.command)
             off = max(held_gap(held, len(held) - 1, x, y) for x, y in track)

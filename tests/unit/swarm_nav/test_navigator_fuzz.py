@@ -57,7 +57,7 @@ steps = st.lists(
 )
 
 
-def ask(squad: Squad, index: int, name: str, value: object, number: int) -> bool:
+def ask(squad, index, name, value, number):
     """Ask one robot for something; return whether it was a goal."""
     robot = squad.robots[index]
     if isinstance(value, Goal):

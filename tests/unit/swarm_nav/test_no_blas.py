@@ -12,7 +12,7 @@ FOLDERS = sorted(path for path in ROOT.iterdir() if path.is_dir() and path.name 
 PRODUCTS = {"dot", "vdot", "inner", "matmul", "tensordot", "einsum", "linalg"}
 
 
-def products(text: str) -> list[int]:
+def products(text):
     """Return the lines in which code leaves a product to BLAS."""
     return [
         node.lineno

@@ -1,7 +1,6 @@
 """Only the arbiter writes what a robot holds, and its path; by the syntax tree of all packages."""
 
 import ast
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -20,7 +19,7 @@ CLASS = next(
 )
 
 
-def targets_of(node: ast.AST) -> Iterator[ast.expr]:
+def targets_of(node):
     """Yield what a statement assigns to, inside tuples and subscripts, too."""
     found = getattr(node, "targets", [getattr(node, "target", None)])[:]
     while found:
@@ -33,7 +32,7 @@ def targets_of(node: ast.AST) -> Iterator[ast.expr]:
             yield target
 
 
-def changing_methods() -> set[str]:
+def changing_methods():
     """Return the methods of the tube that change it, themselves or by others."""
     methods = {node.name: node for node in CLASS.body if isinstance(node, ast.FunctionDef)}
     changing: set[str] = set()
@@ -56,7 +55,7 @@ def changing_methods() -> set[str]:
 CHANGING = changing_methods()
 
 
-def changes_in(source: str) -> list[str]:
+def changes_in(source):
     """Return the expressions of a source that change a tube, by whatever name it has there."""
     nodes = list(ast.walk(ast.parse(source)))
     names = {"tube"}
@@ -67,7 +66,7 @@ def changes_in(source: str) -> list[str]:
                 if ast.unparse(value).endswith(".tube"):
                     names.add(ast.unparse(target))
 
-    def is_tube(owner: ast.expr) -> bool:
+    def is_tube(owner):
         text = ast.unparse(owner)
         return text in names or text.endswith(".tube")
 

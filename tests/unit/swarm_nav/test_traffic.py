@@ -31,10 +31,6 @@ def test_the_others_arrive_when_one_dies(seed):
     assert report.is_done, report
 
 
-def test_equal_trials_run_equally():
-    assert run(Trial(3), limit=150) == run(Trial(3), limit=150)
-
-
 @pytest.mark.parametrize("loss", [0.6, 0.9])
 def test_with_a_very_bad_radio_nobody_touches(loss):
     report = run(Trial(5, loss), limit=400)

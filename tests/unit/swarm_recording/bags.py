@@ -100,9 +100,8 @@ def write_metadata(folder: Path, content: dict[str, object]) -> None:
 
 
 def split_bag(folder: Path, parts: Sequence[Sequence[Message]], **settings: object) -> Path:
-    """Write a bag of several files, `part_0.mcap` and so on."""
     names = [f"part_{index}.mcap" for index in range(len(parts))]
     for name, part in zip(names, parts, strict=True):
-        write(folder / name, part, **settings)  # type: ignore[arg-type]
+        write(folder / name, part, **settings)
     write_metadata(folder, metadata(names, [message for part in parts for message in part]))
     return folder

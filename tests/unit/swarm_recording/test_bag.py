@@ -2,7 +2,6 @@
 
 import random
 from contextlib import closing
-from pathlib import Path
 
 import pytest
 
@@ -16,12 +15,12 @@ CLOCK, MAP = WORLD_TOPICS[:2]
 ODOM, TF = robot_topic("Srobot1", "odom"), robot_topic("Srobot1", "tf")
 
 
-def frame(name: str) -> bytes:
+def frame(name):
     return bytes(16) + name.encode().ljust(30, b"\0")
 
 
 @pytest.fixture
-def path(tmp_path: Path) -> Path:
+def path(tmp_path):
     """A bag of 100 s: a map at 0 s, odometry each second, transforms of two senders."""
     tape = Tape(tmp_path / "recording.mcap", {"seed": "7"})
     for topic in (CLOCK, MAP, ODOM, TF):
@@ -41,10 +40,10 @@ def path(tmp_path: Path) -> Path:
 class Hands:
     """A clock that is moved by hand."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.time = 50.0
 
-    def __call__(self) -> float:
+    def __call__(self):
         return self.time
 
 
@@ -125,7 +124,7 @@ def test_what_is_no_bag_is_refused(tmp_path, content):
         Bag(file)
 
 
-def test_a_feed_plays_by_the_clock(path):
+def test_a_feed_plays_by_the_clock_jumps_and_ends(path):
     hands = Hands()
     with closing(BagFeed(path, hands)) as feed:
         assert feed.topics()[MAP.name] == "nav_msgs/msg/OccupancyGrid"
@@ -145,9 +144,6 @@ def test_a_feed_plays_by_the_clock(path):
         hands.time += 9.0
         assert feed.now == 7.0
         assert feed.take() == []
-
-
-def test_a_feed_jumps_and_ends(path):
     hands = Hands()
     with closing(BagFeed(path, hands)) as feed:
         feed.want([ODOM.name])

@@ -8,7 +8,7 @@ from swarm_recording.filter import Losses, RateFilter
 TOPICS = {topic.name: topic for topic in all_topics(["Srobot1"])}
 
 
-def stamped(name: str, seconds: int) -> bytes:
+def stamped(name, seconds):
     at = TOPICS[name].stamp_at
     assert at is not None
     return bytes(at) + struct.pack("<iI", seconds, 0) + bytes(8)

@@ -16,7 +16,7 @@ FIELDS = [
 ]
 
 
-def changed(lines: list[str]) -> str:
+def changed(lines):
     return "\n".join(lines) + "\n"
 
 

@@ -5,7 +5,6 @@ import random
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 from mcap.reader import make_reader
@@ -22,7 +21,7 @@ CLOCK = WORLD_TOPICS[0]
 TWIST = robot_topic("Srobot1", "cmd_vel")
 
 
-def clock(nanoseconds: int) -> bytes:
+def clock(nanoseconds):
     time_type = STORE.types["builtin_interfaces/msg/Time"]
     message = STORE.types["rosgraph_msgs/msg/Clock"](
         clock=time_type(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
@@ -30,7 +29,7 @@ def clock(nanoseconds: int) -> bytes:
     return bytes(STORE.serialize_cdr(message, "rosgraph_msgs/msg/Clock"))
 
 
-def read_with_mcap(path: Path) -> list[tuple[str, int, bytes]]:
+def read_with_mcap(path):
     with path.open("rb") as stream:
         return [
             (channel.topic, message.log_time, message.data)
@@ -38,7 +37,7 @@ def read_with_mcap(path: Path) -> list[tuple[str, int, bytes]]:
         ]
 
 
-def read_with_rosbags(path: Path) -> list[tuple[str, int, bytes]]:
+def read_with_rosbags(path):
     with AnyReader([path], default_typestore=STORE) as reader:
         return [(link.topic, stamp, bytes(raw)) for link, stamp, raw in reader.messages()]
 
@@ -86,7 +85,7 @@ def test_the_quality_of_the_publisher_is_kept(tmp_path, topic):
     tape.write(topic.name, 0, clock(0))
     tape.close()
     with AnyReader([path], default_typestore=STORE) as reader:
-        (quality,) = reader.connections[0].ext.offered_qos_profiles  # type: ignore[union-attr]
+        (quality,) = reader.connections[0].ext.offered_qos_profiles
     assert quality.reliability.name == ("RELIABLE" if topic.is_reliable else "BEST_EFFORT")
     assert quality.durability.name == ("TRANSIENT_LOCAL" if topic.is_latched else "VOLATILE")
     assert "depth: " in quality_text(topic)
@@ -96,19 +95,19 @@ class Killed(BaseException):
     """The process ends here."""
 
 
-def kill_after(steps: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def kill_after(steps, monkeypatch):
     """End writing after so many steps; the kernel ends a write between two pages of memory."""
     page = 4096
     pwrite, truncate = os.pwrite, os.ftruncate
     left = steps
 
-    def step() -> None:
+    def step():
         nonlocal left
         if left == 0:
             raise Killed
         left -= 1
 
-    def by_pages(descriptor: int, data: bytes, at: int) -> int:
+    def by_pages(descriptor, data, at):
         done = 0
         while done < len(data):
             step()
@@ -116,7 +115,7 @@ def kill_after(steps: int, monkeypatch: pytest.MonkeyPatch) -> None:
             done += pwrite(descriptor, data[done : done + size], at + done)
         return done
 
-    def cut(descriptor: int, size: int) -> None:
+    def cut(descriptor, size):
         step()
         truncate(descriptor, size)
 
@@ -200,7 +199,7 @@ def test_a_full_disk_leaves_what_was_saved_before(tmp_path):
         tape.add_topic(CLOCK)
         saved: list[tuple[str, int, bytes]] = []
 
-        def write_on() -> None:
+        def write_on():
             for batch in range(1000):
                 noise = random.Random(batch)
                 stamps = range(100 * batch, 100 * batch + 100)

@@ -1,8 +1,6 @@
 """Several runs side by side: differences of results, and of what they were given."""
 
 import json
-from pathlib import Path
-from typing import Any
 
 import pytest
 import yaml
@@ -13,7 +11,7 @@ from swarm_report.run import RunData
 from tests.fakes.run_folder import make_run
 
 
-def a_run(folder: Path, **report: Any) -> RunData:
+def a_run(folder, **report):
     make_run(folder, robots=2, seconds=20)
     (folder / "params").mkdir()
     for number in (1, 2):
@@ -25,12 +23,12 @@ def a_run(folder: Path, **report: Any) -> RunData:
     return RunData(folder)
 
 
-def set_parameter(run: RunData, number: int, value: float) -> None:
+def set_parameter(run, number, value):
     path = run.folder / "params" / f"Srobot{number}.yaml"
     path.write_text(path.read_text().replace("0.35", str(value)))
 
 
-def row(table: list[list[str]], name: str) -> list[str]:
+def row(table, name):
     return next(line for line in table if line[0] == name)
 
 

@@ -1,7 +1,6 @@
 """Figures out of a run's time series, and the words about where it lost time."""
 
 import json
-from pathlib import Path
 from typing import cast
 
 import numpy as np
@@ -28,22 +27,22 @@ END = 100
 class Story:
     """A run of four robots that are far from everything but where a test puts them."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder):
         self.folder, self.places, self.lines = folder, dict[tuple[int, int], list[float]](), []
 
-    def state(self, robot: int, t: float, state: str, station: str = "", place: int = 0) -> None:
+    def state(self, robot, t, state, station="", place=0):
         self.lines.append((t, robot, {"state": state, "station": station, "place": place}))
 
-    def waited(self, robot: int, t: int, seconds: float, at: list[float], whom: str = "") -> None:
+    def waited(self, robot, t, seconds, at, whom=""):
         waiting = {"state": "waiting", "station": "", "place": 0, "blocker": whom}
         self.lines.append((t, robot, waiting))
         self.state(robot, t + seconds, "driving")
         self.places[robot, t] = at
 
-    def reached(self, robot: int, t: float, goal: str) -> None:
+    def reached(self, robot, t, goal):
         self.lines.append((t, robot, {"goal": goal, "outcome": "reached", "duration": 1.0}))
 
-    def run(self) -> RunData:
+    def run(self):
         for name in ("config", "trace"):
             (self.folder / name).mkdir()
         (self.folder / "sites.yaml").write_text(SITES)
@@ -65,7 +64,7 @@ class Story:
 
 
 @pytest.fixture
-def story(tmp_path: Path) -> Story:
+def story(tmp_path):
     story = Story(tmp_path)
     for robot in range(4):
         story.state(robot, 0.0, "driving")
@@ -98,7 +97,6 @@ def test_throughput_has_a_rate_for_each_window(story):
     for t in (1.0, 2.0, 95.0):
         story.reached(0, t, "dock")
     flow = throughput(story.run())
-    assert flow is not None
     assert (flow.window, flow.starts[-1], flow.ends[-1]) == (10.0, 90.0, 100.0)
     assert flow.per_minute.tolist() == [12.0, 0, 0, 0, 0, 0, 0, 0, 0, 6.0]
     assert flow.mean == pytest.approx(60.0 * 3 / 95.0)  # as in report.json, not of 100 s
@@ -108,7 +106,6 @@ def test_bars_of_a_state_that_few_robots_were_in_are_as_high_as_others(story):
     """Left to itself, plotly draws them as high as the distance of their robots' rows."""
     story.state(0, 60.0, "waiting")
     chart = timeline(story.run())
-    assert chart is not None
     assert {bars["width"] for bars in chart["data"]} == {0.88}
 
 
@@ -117,7 +114,6 @@ def test_shares_of_states(story):
     run = story.run()
     assert state_shares(run) == pytest.approx({"driving": 0.9, "waiting": 0.1})
     over_time = shares_over_time(run)
-    assert over_time is not None
     np.testing.assert_allclose(over_time.by_state["waiting"][[0, -1]], [0.0, 0.25])
 
 
@@ -127,7 +123,6 @@ def test_a_station_that_most_robots_held_for_is_the_bottleneck(story):
     story.waited(1, 50, 6.0, [2.5, 2.5])  # close to it
     story.waited(2, 60, 4.0, [20.0, 20.0])
     found = find_bottleneck(story.run())
-    assert found is not None
     assert (found.station, found.seconds, found.lost.seconds) == ("dock", 36.0, 40.0)
     assert found.words.startswith(
         "dock at (2.0, 2.0) is the bottleneck: 90 % of all lost time"
@@ -144,8 +139,6 @@ def test_the_share_of_lost_time_is_the_same_everywhere_and_shares_are_all_of_it(
     story.waited(2, 60, 6.0, [20.0, 20.0])
     run = story.run()
     found, lost = find_bottleneck(run), lost_time(run)
-    assert found is not None
-    assert lost is not None
     assert (lost.seconds, lost.share) == (56.0, 0.14)
     assert "took 14.0 % of the robots' time" in found.words
     assert "<b>14.0 %</b>" in document_html(run)
@@ -162,7 +155,6 @@ def test_waiting_after_the_mission_does_not_shrink_the_share_of_lost_time(story)
         story.reached(robot, 50.0, "dock")
     run = story.run()
     lost = lost_time(RunData(run.folder, cast(Report, {"goals": {"pending": 0}})))
-    assert lost is not None
     assert (lost.seconds, lost.share) == (40.0, 0.2)
 
 
@@ -187,7 +179,6 @@ def test_a_place_without_a_station_can_be_the_bottleneck(story):
     story.state(1, 10.0, "holding", "shop")
     story.state(1, 20.0, "driving")
     found = find_bottleneck(story.run())
-    assert found is not None
     assert (found.station, found.x, found.seconds) == ("", pytest.approx(20.0), 30.0)
     assert found.words.startswith("The floor around (20.0, 20.0) is the bottleneck: 75 %")
 

@@ -1,7 +1,6 @@
 """Reading a run's folder: whole, cut off, and not a run at all."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +14,7 @@ NAMES = ["Srobot1", "Srobot2"]
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     """A run of two robots that was killed at 3 s."""
     for name in ("config", "trace"):
         (tmp_path / name).mkdir()
@@ -39,7 +38,6 @@ def folder(tmp_path: Path) -> Path:
 
 def test_what_was_written_comes_back(folder):
     run = RunData(folder)
-    assert run.series is not None
     np.testing.assert_allclose(run.series.poses[:, 0, 0], [0.0, 1.0, 2.0, 3.0])
     np.testing.assert_allclose(run.series.poses[:, 1, 1], 0.5)
     np.testing.assert_allclose(run.series.to_robot, 0.09)
@@ -68,7 +66,6 @@ def test_robots_that_came_and_went_have_no_place_before_and_after(folder):
     world.write(t=4, x=[4000, None, 7000], **place)
     run = RunData(folder)
     assert run.robots == [*NAMES, "Srobot5"]
-    assert run.series is not None
     nan = np.nan
     np.testing.assert_allclose(run.series.poses[:, 2, 0], [nan, nan, nan, nan, 7.0])
     np.testing.assert_allclose(run.series.poses[:, 1, 0], [0.0, 0.0, 0.0, 0.0, nan])

@@ -1,8 +1,6 @@
 import copy
 import json
 import random
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -22,7 +20,7 @@ ODD: tuple[object, ...] = (
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     return make_run(tmp_path / "runs" / "one", robots=3, seconds=30, crash=True)
 
 
@@ -60,8 +58,6 @@ def test_lines_of_the_trace_that_were_changed_are_left_out_and_counted(folder):
     lines[5] = lines[5].replace('"x":[', '"x":[NaN,')
     path.write_text("\n".join(lines))
     run = RunData(folder)
-    assert whole.series is not None
-    assert run.series is not None
     assert len(run.series.times) == len(whole.series.times) - 2
     assert run.left_out == {"trace/world.jsonl": 1}  # NaN is no JSON: that line was cut off
 
@@ -86,7 +82,7 @@ def test_whatever_is_in_the_files_all_is_worked_out_or_refused(folder):
     assert min(outcomes.values()) > 50
 
 
-def _work_out(run: RunData) -> None:
+def _work_out(run):
     assert run.series is None or run.series.poses.shape[1:] == (len(run.robots), 3)
     assert run.usage is None or len(run.usage.wall)
     assert len(run.goals) + len(run.spans) + run.end >= 0
@@ -94,7 +90,7 @@ def _work_out(run: RunData) -> None:
     throughput(run), state_shares(run), station_use(run), find_bottleneck(run)
 
 
-def _changed(content: Any, rng: random.Random) -> Any:
+def _changed(content, rng):
     """Return a copy of JSON with one or two values replaced by odd ones, or left out."""
     content = copy.deepcopy(content)
     for _ in range(rng.choice((1, 2))):

@@ -8,7 +8,7 @@ from tests.unit.swarm_recording.bags import NOTE, OTHER, notes, split_bag, write
 
 
 @pytest.fixture
-def started(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
+def started(monkeypatch):
     calls: list[list[str]] = []
     monkeypatch.setattr(launcher, "start", lambda program, words: calls.append(words))
     return calls

@@ -5,7 +5,7 @@ import pytest
 from swarm_ros2 import command_line, launcher
 
 
-def run(capsys: pytest.CaptureFixture[str], *words: str) -> str:
+def run(capsys, *words):
     assert command_line.run(words) == 0
     return capsys.readouterr().out
 

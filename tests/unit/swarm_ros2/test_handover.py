@@ -6,7 +6,7 @@ from pathlib import Path
 from swarm_ros2.command_line import clean_environment, find_real_ros2
 
 
-def write_script(folder: Path, text: str) -> Path:
+def write_script(folder, text):
     folder.mkdir()
     script = folder / "ros2"
     script.write_text(text)

@@ -39,7 +39,7 @@ PROGRAMS = {
 
 
 @functools.cache
-def commands() -> list[list[str]]:
+def commands():
     """Return the page's commands as a shell calls them: loops, functions, variables resolved."""
     found = []
     with tempfile.TemporaryDirectory() as name:
@@ -60,16 +60,16 @@ def commands() -> list[list[str]]:
     return found
 
 
-def ros2_commands() -> list[list[str]]:
+def ros2_commands():
     return [words[1:] for words in commands() if words[0] == "ros2"]
 
 
-def verbs_shown() -> set[tuple[str, str]]:
+def verbs_shown():
     """Return command and verb of each command of the page; programs have no verb."""
     return {(w[0], "" if w[0] in command_line.LIKE_PROGRAMS else w[1]) for w in ros2_commands()}
 
 
-def parsed(words: list[str]) -> argparse.Namespace:
+def parsed(words):
     return command_line._parser(words).parse_args(words)
 
 
@@ -93,13 +93,10 @@ def test_the_values_of_every_request_fit_its_type():
         text.fill(getattr(message, part)() if part else message(), values)
 
 
-def test_a_graph_test_uses_every_verb_of_the_page():
+def test_a_graph_test_uses_every_verb_and_type_of_the_page():
     called = re.findall(r'(?="(\w+)",\s*"(\w+)")', GRAPH_TESTS)
     measured = [("topic", verb) for verb in re.findall(r'measure\("(\w+)"', GRAPH_TESTS)]
     assert {(name, verb) for name, verb in verbs_shown() if verb} - {*called, *measured} == set()
-
-
-def test_a_graph_test_uses_every_type_of_the_page():
     words = {word for line in ros2_commands() for word in line}
     types = {
         word.rpartition("/")[2] for word in words if re.fullmatch(r"\w+/(msg|srv|action)/\w+", word)
@@ -108,8 +105,7 @@ def test_a_graph_test_uses_every_type_of_the_page():
     assert {name for name in types if not re.search(rf"\b{name}\b", GRAPH_TESTS)} == set()
 
 
-def choices(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
-    """Return the parsers of what may follow, by its word."""
+def choices(parser):
     found = [a for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
     return dict(found[0].choices) if found else {}
 

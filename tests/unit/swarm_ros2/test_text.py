@@ -12,17 +12,15 @@ from swarm_ros2 import text
 from swarm_ros2.rate import RateMeter
 
 
-def test_fields_keep_the_order_of_the_definition():
+def test_fields_keep_their_order_and_arrays_are_cut():
     lines = text.to_yaml(PoseStamped()).splitlines()
     assert lines[:5] == ["header:", "  stamp:", "    sec: 0", "    nanosec: 0", "  frame_id: ''"]
-
-
-def test_arrays_are_cut_and_described():
     scan = LaserScan(ranges=[1.0, 2.0, 3.0])
     assert text.to_plain(scan, longest=2)["ranges"] == [1.0, 2.0, "..."]
     assert text.to_plain(scan, arrays=False)["ranges"] == "<sequence type: float, length: 3>"
     assert text.to_plain(String(data="abcdef"), longest=3)["data"] == "abc..."
     assert text.to_plain(String(data="abc"), strings=False)["data"] == "<string length: <3>>"
+    assert text.load("msg", "std_msgs/String") is String
 
 
 def test_filling_nested_fields_and_arrays_of_messages():
@@ -55,10 +53,6 @@ def test_values_that_do_not_fit_are_named(values, message):
 def test_unknown_types_are_refused(name):
     with pytest.raises(SwarmError, match="The passed message type is invalid"):
         text.load("msg", name)
-
-
-def test_short_type_names_are_understood():
-    assert text.load("msg", "std_msgs/String") is String
 
 
 def test_rate_meter_reports_once_per_news():

@@ -42,14 +42,14 @@ def test_options_that_do_not_go_together(arguments, words):
 
 
 @pytest.fixture(autouse=True)
-def _no_variables(monkeypatch: pytest.MonkeyPatch) -> None:
+def _no_variables(monkeypatch):
     monkeypatch.delenv("FASTRTPS_DEFAULT_PROFILES_FILE", raising=False)
 
 
 SECRET = "sixteen letters or more"
 
 
-def of_robots(robots: str, pack: int = 1) -> RunSpec:
+def of_robots(robots, pack=1):
     return RunSpec(role=Role.ROBOTS, robots=robots, connect="127.0.0.1", pack=pack)
 
 

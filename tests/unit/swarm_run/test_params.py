@@ -29,26 +29,20 @@ ROBOTS = ["Srobot1", "Srobot2", "Srobot12"]
 KNOWN: dict[str, Any] = {"max_vel_x": 0.26, "vx_samples": 8, "holding.mode": "auto"}
 
 
-def overrides_of(tmp_path: Path, text: str, robot: str) -> dict[str, Any]:
+def overrides_of(tmp_path, text, robot):
     path = tmp_path / "mine.yaml"
     path.write_text(text, encoding="utf-8")
     return load_overrides(path, ROBOTS, KNOWN).for_robot(robot)
 
 
-def test_the_parameter_file_is_what_the_configuration_says():
+def test_the_parameter_file_is_the_configuration_and_a_robot_survives_its():
     tool = runpy.run_path(str(ROOT / "tools" / "write_params.py"))
     text = (ROOT / "params" / "navigator.yaml").read_text(encoding="utf-8")
     assert text == tool["parameter_file"](), "run python tools/write_params.py"
     from swarm_nav.core.config import NavConfig, parameter_values
 
     assert default_parameters() == parameter_values(NavConfig())
-
-
-def test_nesting_and_flattening_are_inverse():
     assert flatten(nest(KNOWN)) == KNOWN
-
-
-def test_a_robot_survives_its_parameters():
     spec = load_robot("turtlebot3_waffle")
     told = robot_from_parameters(robot_parameters(spec))
     assert told == dataclasses.replace(spec, sensors=IDEAL)  # how they err is the world's secret
@@ -72,9 +66,7 @@ def test_a_robots_file_is_a_ros_parameter_file(tmp_path):
     ("section", "who"),
     [
         ("/**", ROBOTS),
-        ("/**/navigator", ROBOTS),
         ("navigator", ROBOTS),
-        ("/*/navigator", ROBOTS),
         ("/Srobot1/navigator", ["Srobot1"]),
         ("/Srobot1*/navigator", ["Srobot1", "Srobot12"]),
     ],
@@ -95,7 +87,7 @@ def test_later_sections_win_and_integers_pass_for_floats(tmp_path):
     assert overrides_of(tmp_path, text, "Srobot2")["max_vel_x"] == 0.1
 
 
-def world_of(tmp_path: Path, text: str) -> WorldParams:
+def world_of(tmp_path, text):
     path = tmp_path / "mine.yaml"
     path.write_text(text, encoding="utf-8")
     return load_overrides(path, ROBOTS, KNOWN).world
@@ -149,14 +141,9 @@ def test_a_mistake_about_the_world_is_named(tmp_path, body, message):
     [
         ("/**:\n  ros__parameters:\n    max_vel: 0.1", "unknown parameter 'max_vel'.*max_vel_x"),
         ("/**:\n  ros__parameters:\n    max_vel_x: fast", "'max_vel_x' is 'fast'.*float"),
-        ("/**:\n  ros__parameters:\n    vx_samples: 8.5", "'vx_samples' is 8.5.*int"),
-        ("/**:\n  ros__parameters:\n    vx_samples: true", "'vx_samples' is True"),
         ("/**:\n  ros__parameters:\n    holding: {mod: a}", "'holding.mod'.*'holding.mode'"),
         ("/**:\n  ros_parameters:\n    vx_samples: 8", "expected a section 'ros__parameters:'"),
-        ("max_vel_x: 0.1", "expected a section"),
         ("/Srobot9/navigator:\n  ros__parameters: {}", "unknown node '/Srobot9/navigator'"),
-        ("/**:\n  ros__parameters: {}\n  other: 1", "unknown key 'other'"),
-        ("/**:\n  ros__parameters:\n  - [", "line 3.*malformed"),
     ],
 )
 def test_a_mistake_is_named_with_file_and_key(tmp_path, text, message):

@@ -14,7 +14,7 @@ from swarm_common.model.records import Pose
 from swarm_describe.worlds.world_file import find_world
 from swarm_mission.routes import goals
 from swarm_run.host_options import Role
-from swarm_run.plan import RunPlan, check_plan
+from swarm_run.plan import check_plan
 from swarm_run.spec import RunSpec
 
 FLEET = """order: mixed
@@ -25,7 +25,7 @@ groups:
 ROUTE = "route:\n  - stations: [loader_1, shipping]\n"
 
 
-def make_plan(folder: Path, params: str | None = None) -> RunPlan:
+def make_plan(folder, params=None):
     (folder / "short.yaml").write_text(ROUTE)
     path = folder / "fleet.yaml"
     path.write_text(FLEET.replace("short.yaml", str(folder / "short.yaml")))
@@ -40,7 +40,7 @@ def make_plan(folder: Path, params: str | None = None) -> RunPlan:
     )
 
 
-def test_every_robot_gets_its_model_and_its_limits(tmp_path):
+def test_robots_get_their_limits_and_the_users_parameters_win(tmp_path):
     plan = make_plan(tmp_path)
     models = [robot["model"] for robot in plan.world_config(tmp_path / "v.json")["robots"]]
     assert models == ["turtlebot3_burger", "turtlebot3_waffle", "turtlebot3_burger"]
@@ -50,9 +50,6 @@ def test_every_robot_gets_its_model_and_its_limits(tmp_path):
         values = {name.split("ros__parameters.")[1]: value for name, value in flat.items()}
         assert (values["max_vel_x"], values["max_vel_theta"]) == (speed, turn)
         assert values["robot.wheel_separation"] == track
-
-
-def test_the_users_parameters_win_over_the_fleets(tmp_path):
     text = "/Srobot1/navigator:\n  ros__parameters:\n    max_vel_x: 0.1\n"
     flat = flatten(make_plan(tmp_path, text).parameter_file(1, Pose(0.0, 0.0, 0.0)))
     assert flat["/Srobot1/navigator.ros__parameters.max_vel_x"] == 0.1
@@ -69,11 +66,16 @@ def test_the_world_knows_what_every_robot_allows_for_of_unseen_bodies(tmp_path):
         assert config["body_margin"] == pytest.approx(margin)
 
 
-def test_a_group_may_have_a_mission_of_its_own(tmp_path):
+def test_a_group_has_a_mission_and_the_drive_is_the_worlds(tmp_path):
     plan = make_plan(tmp_path)
     config = plan.runner_config([Pose(float(i), 0.0, 0.0) for i in range(3)])
     totals = [itinerary.total for itinerary in itineraries(config) if itinerary is not None]
     assert totals == [8, 2, 8]
+    for drive, engine in ((None, "bullet"), ("wheels", "bullet"), ("planar", "planar")):
+        plan = check_plan(RunSpec(swarm_size=2, drive=drive))
+        assert plan.world_config(tmp_path / "v.json").get("engine", "bullet") == engine
+    with pytest.raises(ConfigError, match="planar"):
+        check_plan(RunSpec(drive="wings"))
 
 
 def test_where_missions_lead_is_known_before_they_begin(tmp_path):
@@ -107,14 +109,6 @@ def test_too_few_places_are_refused_before_the_start(tmp_path):
         check_plan(RunSpec(swarm_size=4, world=str(world), mission=str(mission)))
         with pytest.raises(ConfigError, match=r"each of 5 robots; .*hall/sites.yaml.* has 4"):
             check_plan(RunSpec(swarm_size=5, world=str(world), mission=str(mission)))
-
-
-def test_the_drive_is_the_worlds_engine(tmp_path):
-    for drive, engine in ((None, "bullet"), ("wheels", "bullet"), ("planar", "planar")):
-        plan = check_plan(RunSpec(swarm_size=2, drive=drive))
-        assert plan.world_config(tmp_path / "v.json").get("engine", "bullet") == engine
-    with pytest.raises(ConfigError, match="planar"):
-        check_plan(RunSpec(drive="wings"))
 
 
 def test_what_is_restarted_reads_copies(tmp_path):

@@ -4,7 +4,6 @@ import ast
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -17,13 +16,10 @@ TRIAL = "import swarm_nav.traffic.arbiter as made; print(made.__file__)"
 ADD = "def add(a: int, b: int) -> int:\n    return a + b\n"
 
 
-def test_what_runs_in_every_tick_is_compiled():
+def test_what_runs_in_every_tick_is_compiled_and_the_rest_is_there():
     names = {path.name for path in compiled.modules()}
     assert {"navigator.py", "arbiter.py", "tube.py", "neighbor_table.py"} <= names
     assert not [name for name in names if name.endswith("_kernels.py")]
-
-
-def test_what_is_left_out_is_there():
     assert all((compiled_code.ROOT / "swarm_nav" / name).is_file() for name in compiled.LEFT)
 
 
@@ -49,7 +45,7 @@ def test_nothing_compiled_compares_tuples_by_identity():
     assert not found
 
 
-def test_a_changed_source_is_another_folder(tmp_path, monkeypatch):
+def test_a_changed_source_or_the_oldest_states_go(tmp_path, monkeypatch, small):
     monkeypatch.setattr(compiled_code, "ROOT", tmp_path)
     source = tmp_path / "swarm_nav" / "a.py"
     source.parent.mkdir()
@@ -58,6 +54,14 @@ def test_a_changed_source_is_another_folder(tmp_path, monkeypatch):
     assert compiled_code.compiled_folder() == before
     source.write_text("x = 2\n")
     assert compiled_code.compiled_folder() != before
+    for number in range(compiled.MOST_KEPT + 1):
+        (small / f"{number}").mkdir(parents=True)
+        os.utime(small / f"{number}", (number, number))
+    assert compiled.ensure_compiled()
+    kept = {path.name for path in small.iterdir()}
+    assert len(kept) == compiled.MOST_KEPT
+    assert "0" not in kept
+    assert compiled_code.compiled_folder().name in kept
 
 
 def test_the_switch_has_python_run_the_sources():
@@ -78,7 +82,7 @@ def test_a_test_cannot_replace_what_is_compiled(monkeypatch):
 
 
 @pytest.fixture
-def small(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def small(tmp_path, monkeypatch):
     """Put one small module in the place of all; return where compiled code is kept."""
     root, kept = tmp_path / "sources", tmp_path / "kept"
     for name in ("swarm_nav/__init__.py", "swarm_nav/traffic/__init__.py"):
@@ -99,8 +103,6 @@ def test_what_was_compiled_is_found_and_gives_the_same(small):
     assert not compiled.ensure_compiled()
     finder = compiled_code._Finder(compiled_code.compiled_folder())
     spec = finder.find_spec("swarm_nav.traffic.sums", None)
-    assert spec is not None
-    assert spec.origin is not None
     assert spec.origin.endswith(compiled_code.SUFFIX)
     assert finder.find_spec("swarm_nav.traffic.others", None) is None
     trial = (
@@ -122,14 +124,3 @@ def test_what_mypyc_refuses_leaves_nothing(small):
     with pytest.raises(compiled.BuildError, match="Incompatible types"):
         compiled.ensure_compiled()
     assert not list(small.iterdir())
-
-
-def test_the_oldest_states_are_dropped(small):
-    for number in range(compiled.MOST_KEPT + 1):
-        (small / f"{number}").mkdir(parents=True)
-        os.utime(small / f"{number}", (number, number))
-    assert compiled.ensure_compiled()
-    kept = {path.name for path in small.iterdir()}
-    assert len(kept) == compiled.MOST_KEPT
-    assert "0" not in kept
-    assert compiled_code.compiled_folder().name in kept

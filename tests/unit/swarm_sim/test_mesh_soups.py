@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from swarm_common.model.engines import BULLET, check_engine
-from swarm_common.model.grid import OCCUPIED, Grid
+from swarm_common.model.grid import OCCUPIED
 from swarm_common.model.records import LidarSpec, Pose, Twist
 from swarm_describe.robots.loading import load_robot
-from swarm_describe.worlds.scene import Body, Scene
+from swarm_describe.worlds.scene import Scene
 from swarm_sim.maps.raster import draw_grid
 from swarm_sim.maps.spawn import wall_distance
 from swarm_sim.maps.world_check import differences
-from swarm_sim.scene.section import Section, section_between
+from swarm_sim.scene.section import section_between
 from swarm_sim.sensing.lidar import LidarGroup
 from swarm_sim.world.world import World, WorldConfig
 from tests.oracles.triangles import body_of, hits, raw
@@ -30,21 +30,21 @@ WAFFLE = load_robot("turtlebot3_waffle")
 NOBODY: FloatArray = np.zeros((0, 2))
 
 
-def box(x: float, y: float, z: float) -> trimesh.Trimesh:
+def box(x, y, z):
     mesh = trimesh.creation.box((x, y, z))
     mesh.apply_translation((0.0, 0.0, z / 2.0))
     return mesh
 
 
-def with_faces(mesh: trimesh.Trimesh, faces: NDArray[np.int64]) -> trimesh.Trimesh:
+def with_faces(mesh, faces):
     return trimesh.Trimesh(mesh.vertices, faces, process=False)
 
 
-def double_faced(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+def double_faced(mesh):
     return with_faces(mesh, np.vstack([mesh.faces, mesh.faces[:, ::-1]]))
 
 
-def upright_quads(corners: list[tuple[float, float]], height: float = 2.0) -> trimesh.Trimesh:
+def upright_quads(corners, height=2.0):
     """Return a closed line of single sheets."""
     vertices, faces = [], []
     for a, b in zip(corners, [*corners[1:], corners[0]], strict=True):
@@ -54,11 +54,11 @@ def upright_quads(corners: list[tuple[float, float]], height: float = 2.0) -> tr
     return trimesh.Trimesh(vertices, faces, process=False)
 
 
-def room(half: float) -> trimesh.Trimesh:
+def room(half):
     return upright_quads([(-half, -half), (half, -half), (half, half), (-half, half)])
 
 
-def soup(rng: np.random.Generator, count: int, size: float = 0.4) -> trimesh.Trimesh:
+def soup(rng, count, size=0.4):
     middles = rng.uniform((-2.0, -2.0, 0.0), (2.0, 2.0, 0.4), (count, 3))
     corners = middles[:, None] + rng.normal(0.0, size, (count, 3, 3))
     return trimesh.Trimesh(
@@ -66,19 +66,19 @@ def soup(rng: np.random.Generator, count: int, size: float = 0.4) -> trimesh.Tri
     )
 
 
-def section(mesh: trimesh.Trimesh) -> Section:
+def section(mesh):
     return section_between([body_of(mesh)], HEIGHT, HEIGHT)
 
 
-def drawn(mesh: trimesh.Trimesh, resolution: float = 0.05) -> Grid:
+def drawn(mesh, resolution=0.05):
     return draw_grid(section(mesh), NOBODY, resolution)
 
 
-def occupied(grid: Grid) -> int:
+def occupied(grid):
     return int((grid.cells == OCCUPIED).sum())
 
 
-def seen(cut: Section, origins: FloatArray, rays: int = 360) -> FloatArray:
+def seen(cut, origins, rays=360):
     """Return the points (n, 2) that a LiDAR's rays hit."""
     spec = LidarSpec(
         x=0.0, y=0.0, z=HEIGHT, rays=rays, angle_min=0.0123, angle_increment=2.0 * np.pi / rays,
@@ -94,14 +94,13 @@ def seen(cut: Section, origins: FloatArray, rays: int = 360) -> FloatArray:
     return kept
 
 
-def gaps_to_triangles(points: FloatArray, bodies: list[Body]) -> FloatArray:
-    """Return the distances of points (n, 2) at the height from the raw triangles."""
+def gaps_to_triangles(points, bodies):
     at = np.column_stack([points, np.full(len(points), HEIGHT)])
     distances: FloatArray = trimesh.proximity.closest_point(raw(bodies), at)[1]
     return distances
 
 
-def check(bodies: list[Body], origins: FloatArray, resolution: float = 0.05) -> None:
+def check(bodies, origins, resolution=0.05):
     """Compare section, LiDAR and map with the triangles."""
     cut = section_between(bodies, HEIGHT, HEIGHT)
     outside = origins[wall_distance(origins, cut) > 0.01]
@@ -117,21 +116,18 @@ def check(bodies: list[Body], origins: FloatArray, resolution: float = 0.05) -> 
         assert (around == OCCUPIED).any(), f"the map lacks ({x}, {y})"
 
 
-def ring(radius: float, count: int = 8) -> FloatArray:
+def ring(radius, count=8):
     angles = 0.1 + 2.0 * np.pi * np.arange(count) / count
     return np.vstack([[0.01, 0.02], radius * np.column_stack([np.cos(angles), np.sin(angles)])])
 
 
-def test_a_box_whose_faces_are_given_front_and_back_is_a_box():
+def test_a_box_with_faces_on_both_sides_is_a_box():
     plain = box(4.0, 0.2, 1.0)
     turned = with_faces(plain, plain.faces[:, ::-1])
     assert occupied(drawn(plain)) == 320
     for mesh in (double_faced(plain), turned, double_faced(double_faced(plain))):
         np.testing.assert_array_equal(drawn(mesh).cells, drawn(plain).cells)
         check([body_of(mesh)], ring(3.0))
-
-
-def test_the_faces_may_be_cut_otherwise_at_the_back():
     front, back = box(4.0, 0.2, 1.0), box(4.0, 0.2, 1.0).subdivide()
     mesh = trimesh.util.concatenate([front, with_faces(back, back.faces[:, ::-1])])
     np.testing.assert_array_equal(drawn(mesh).cells, drawn(front).cells)
@@ -177,23 +173,6 @@ def test_solids_that_cross_touch_or_hold_each_other():
     grid = drawn(hall)
     assert grid.cells[grid.cell_of(0.0, 0.0)] != OCCUPIED
     assert grid.cells[grid.cell_of(1.25, 0.0)] == OCCUPIED
-
-
-def test_a_solid_with_a_hole_and_one_with_a_fin():
-    solid = box(1.0, 1.0, 1.0)
-    holed = with_faces(solid, solid.faces[1:])
-    fin = trimesh.util.concatenate([solid, upright_quads([(0.5, 0.5), (1.5, 0.5)])])
-    fin.merge_vertices()
-    for mesh in (holed, fin):
-        check([body_of(mesh)], ring(2.5, 16))
-
-
-def test_slanted_sheets_and_slivers():
-    sheet = upright_quads([(-1.0, 0.0), (1.0, 0.0)])
-    for tilt in (1e-7, 1e-5, 1e-3, 0.01, 0.5):
-        leaning = sheet.copy()
-        leaning.vertices[leaning.vertices[:, 2] > 1.0, 1] += tilt
-        check([body_of(leaning)], np.array([[0.0, 1.0], [0.3, -1.0]]))
 
 
 def test_a_long_needle_is_there_up_to_its_tip():

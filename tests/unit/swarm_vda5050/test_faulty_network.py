@@ -2,7 +2,6 @@
 
 import json
 from enum import Enum
-from typing import Any
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -19,7 +18,7 @@ class Fault(Enum):
     LATE = "late"
 
 
-def update(number: int) -> dict[str, Any]:
+def update(number):
     """Return the order, or the update that adds a node to its base."""
     parts = range(number, LAST + 1)
     nodes = [
@@ -32,12 +31,12 @@ def update(number: int) -> dict[str, Any]:
 class Network:
     """Delivers messages as well as it is let."""
 
-    def __init__(self, toy: Toy, faults: list[Fault]) -> None:
+    def __init__(self, toy, faults):
         self.toy, self.faults = toy, faults
         self.late: list[tuple[str, bytes]] = []
         self.is_late_due = False
 
-    def send(self, topic: str, content: dict[str, Any]) -> None:
+    def send(self, topic, content):
         data = json.dumps(content).encode()
         match self.faults.pop(0) if self.faults else Fault.NONE:
             case Fault.NONE:
@@ -48,10 +47,10 @@ class Network:
             case Fault.LATE:
                 self.late.append((topic, data))
 
-    def deliver(self, topic: str, data: bytes) -> None:
+    def deliver(self, topic, data):
         self.toy.vehicle.receive(self.toy.dialect.read(topic, data))
 
-    def deliver_late(self) -> None:
+    def deliver_late(self):
         while self.late:
             self.deliver(*self.late.pop())  # the latest first
 

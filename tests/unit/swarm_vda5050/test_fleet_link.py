@@ -45,16 +45,13 @@ def test_what_makes_no_sense_is_refused(given, word):
         FleetLink(**given)
 
 
-def test_a_port_that_another_has_is_refused():
+def test_a_port_or_broker_that_cannot_be_used_is_named(monkeypatch):
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()
         port = other.getsockname()[1]
         with pytest.raises(ConfigError, match=f"cannot use port {port}"):
             fleet_link(f"embedded:{port}", None, None, None, None)
-
-
-def test_a_broker_that_is_missing_is_named(monkeypatch):
     monkeypatch.setattr("shutil.which", lambda *_, **__: None)
     monkeypatch.setattr("importlib.util.find_spec", lambda _: object())
     assert find_mosquitto() is None
@@ -70,13 +67,3 @@ def test_a_fleet_control_alone_coordinates_robots_without_their_own_rules():
         plan = check_plan(RunSpec(world="hall_12", **more))
         (parameters,) = plan.parameter_file(1, Pose(0.0, 0.0, 0.0)).values()
         assert parameters["ros__parameters"]["traffic"]["rules"] == rules
-
-
-def test_options_need_each_other():
-    with pytest.raises(ConfigError, match="add --vda5050"):
-        RunSpec(coordination=Coordination.FLEET).check()
-    with pytest.raises(ConfigError, match="--manufacturer needs --vda5050"):
-        fleet_link(None, "me", None, None, None)
-    for more, word in (({"mission": "roam"}, "exclude"), ({"swarm_size": 31}, "up to 30")):
-        with pytest.raises(ConfigError, match=word):
-            RunSpec(vda5050="embedded", **more).check()

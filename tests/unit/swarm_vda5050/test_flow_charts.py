@@ -24,7 +24,7 @@ lengths = st.integers(0, 3)
 class Orders(RuleBasedStateMachine):
     """A fleet control that sends what it likes, and a robot that drives when it is let."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         super().__init__()
         self.toy = Toy()
         self.accepted: dict | None = None  # latest order message
@@ -34,7 +34,7 @@ class Orders(RuleBasedStateMachine):
         self.traversed: list[tuple[str, int]] = []
         self.final: dict[tuple[str, str], str] = {}
 
-    def send(self, content: dict) -> None:
+    def send(self, content):
         toy, vehicle = self.toy, self.toy.vehicle
         before = (vehicle.order_id, vehicle.order_update_id, vehicle.node_states)
         session = VehicleSession(VehicleKey("swarm", "Srobot1"))
@@ -62,14 +62,14 @@ class Orders(RuleBasedStateMachine):
             is_same = theirs.decision is AcceptanceDecision.IGNORE_DUPLICATE
             assert is_same or toy.faults, (theirs, errors)
 
-    def note_traversal(self) -> None:
+    def note_traversal(self):
         vehicle = self.toy.vehicle
         key = (vehicle.order_id, vehicle.last_node[1])
         if not self.traversed or self.traversed[-1] != key:
             self.traversed.append(key)
 
     @rule(base=lengths, horizon=lengths, shift=st.sampled_from([0, 0, 0, 1]))
-    def new_order(self, base: int, horizon: int, shift: int) -> None:
+    def new_order(self, base, horizon, shift):
         self.count += 1
         first = round(self.toy.pose.x / SPACING) + shift
         content = along(first, first + base, first + base + horizon, f"o{self.count}")
@@ -80,7 +80,7 @@ class Orders(RuleBasedStateMachine):
     @rule(
         skip=st.integers(-1, 2), base=lengths, horizon=lengths, step=st.sampled_from([1, 1, 0, -1])
     )
-    def update(self, skip: int, base: int, horizon: int, step: int) -> None:
+    def update(self, skip, base, horizon, step):
         if self.accepted is None:
             return
         nodes = self.accepted["nodes"]
@@ -92,12 +92,12 @@ class Orders(RuleBasedStateMachine):
         self.send(along(first, first + base, first + base + horizon, order_id, number))
 
     @rule()
-    def repeat(self) -> None:
+    def repeat(self):
         if self.accepted is not None:
             self.send(self.accepted)
 
     @rule(data=st.data())
-    def old_order(self, data: st.DataObject) -> None:
+    def old_order(self, data):
         first = round(self.toy.pose.x / SPACING)
         if old := sorted(self.used - {self.toy.vehicle.order_id}):
             content = along(first, first + 1, first + 1, data.draw(st.sampled_from(old)))
@@ -106,13 +106,13 @@ class Orders(RuleBasedStateMachine):
             self.send(content)
 
     @rule()
-    def drive(self) -> None:
+    def drive(self):
         for _ in range(3):
             if self.toy.step():
                 self.note_traversal()
 
     @rule(is_standing=st.booleans())
-    def cancel(self, is_standing: bool) -> None:
+    def cancel(self, is_standing):
         toy, vehicle = self.toy, self.toy.vehicle
         self.count += 1
         was_busy, order_id = vehicle.is_busy, vehicle.order_id
@@ -130,7 +130,7 @@ class Orders(RuleBasedStateMachine):
         toy.do("stateRequest", f"s{self.count}")
 
     @invariant()
-    def is_consistent(self) -> None:
+    def is_consistent(self):
         vehicle = self.toy.vehicle
         nodes, edges = vehicle.node_states, vehicle.edge_states
         assert len(nodes) == len(edges)

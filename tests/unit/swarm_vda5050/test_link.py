@@ -5,14 +5,11 @@ import shutil
 import socket
 import subprocess
 import time
-from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import paho.mqtt.client as mqtt
 import pytest
 from paho.mqtt.enums import CallbackAPIVersion
 
-from swarm_common.model.errors import ConfigError
 from swarm_vda5050.broker import Broker
 from swarm_vda5050.link import PASSWORD, Address, BrokerEventKind, Link
 
@@ -23,13 +20,13 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-def free_port() -> int:
+def free_port():
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
 
 
-def wait(is_true: Callable[[], bool]) -> None:
+def wait(is_true):
     end = time.monotonic() + LIMIT
     while not is_true():
         assert time.monotonic() < end
@@ -37,9 +34,7 @@ def wait(is_true: Callable[[], bool]) -> None:
 
 
 @pytest.fixture(params=["mosquitto", "amqtt"])
-def broker(
-    tmp_path: Path, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
-) -> Iterator[Broker]:
+def broker(tmp_path, request, monkeypatch):
     if request.param == "amqtt":
         pytest.importorskip("amqtt")
         monkeypatch.setattr("swarm_vda5050.broker.find_mosquitto", lambda: None)
@@ -48,14 +43,14 @@ def broker(
     started.stop()
 
 
-def link_to(port: int, user: str = "", ca: str = "") -> Link:
+def link_to(port, user="", ca=""):
     address = Address("localhost", port, user, bool(ca), ca)
     link = Link(address, ["in"], lambda: ("out", b"broken"), "Srobot1")
     link.open()
     return link
 
 
-def heard_on(port: int) -> list[bytes]:
+def heard_on(port):
     """Return the list to which messages on `out` are added, once the listener is subscribed."""
     heard: list[bytes] = []
     ready: list[int] = []
@@ -95,11 +90,6 @@ def test_a_link_outlives_its_broker(broker):
     link.close("out", b"bye")
 
 
-def test_a_second_broker_does_not_get_the_port(broker, tmp_path):
-    with pytest.raises(ConfigError, match="cannot use port"):
-        Broker(broker.port, tmp_path)
-
-
 def test_users_are_known_by_password_and_brokers_by_certificate(tmp_path, monkeypatch):
     key, certificate, port = tmp_path / "key.pem", tmp_path / "ca.pem", free_port()
     subprocess.run(
@@ -127,7 +117,7 @@ def test_users_are_known_by_password_and_brokers_by_certificate(tmp_path, monkey
                 link = link_to(port, "fleet", str(certificate))
                 seen: list[BrokerEventKind] = []
 
-                def is_told(link: Link = link, seen: list[BrokerEventKind] = seen) -> bool:
+                def is_told(link=link, seen=seen):
                     while not link.inbox.empty():
                         arrival = link.inbox.get()
                         if arrival.payload != b"nobody answers":

@@ -5,7 +5,7 @@ import pytest
 from tests.fakes.fleet_orders import Toy, action, along, edge, node, order
 
 
-def test_an_order_is_driven_node_by_node():
+def test_an_order_is_driven_to_the_end_of_its_base_and_goes_on():
     toy = Toy()
     toy.send(along(0, 2, 2))
     assert toy.vehicle.last_node == ("n0", 0)
@@ -15,9 +15,6 @@ def test_an_order_is_driven_node_by_node():
     assert toy.vehicle.last_node == ("n2", 4)
     assert not toy.vehicle.is_busy
     assert toy.faults == []
-
-
-def test_a_robot_stops_at_the_end_of_its_base_and_asks_for_more():
     toy = Toy()
     toy.send(along(0, 1, 3))
     toy.drive()
@@ -27,6 +24,12 @@ def test_a_robot_stops_at_the_end_of_its_base_and_asks_for_more():
     toy.send(along(1, 3, 3, update=1))
     toy.drive()
     assert toy.vehicle.last_node == ("n3", 6)
+    toy = Toy()
+    toy.send(along(0, 1, 1))
+    toy.drive()
+    toy.send(along(1, 2, 2, update=1))
+    toy.drive()
+    assert toy.vehicle.last_node == ("n2", 4)
 
 
 def test_an_update_replaces_the_horizon():
@@ -35,15 +38,6 @@ def test_an_update_replaces_the_horizon():
     toy.send(along(1, 2, 3, update=1))
     assert [s.node_id for s in toy.vehicle.node_states] == ["n1", "n2", "n3"]
     assert [s.released for s in toy.vehicle.node_states] == [True, True, False]
-
-
-def test_a_finished_order_may_go_on():
-    toy = Toy()
-    toy.send(along(0, 1, 1))
-    toy.drive()
-    toy.send(along(1, 2, 2, update=1))
-    toy.drive()
-    assert toy.vehicle.last_node == ("n2", 4)
 
 
 @pytest.mark.parametrize(
@@ -76,7 +70,7 @@ def test_an_outdated_update_is_rejected_and_the_same_one_discarded():
     assert toy.faults == ["OUTDATED"]
 
 
-def test_an_order_is_not_done_twice():
+def test_an_order_is_not_done_twice_or_from_elsewhere():
     toy = Toy()
     toy.send(along(0, 1, 1, "A"))
     toy.drive()
@@ -85,9 +79,6 @@ def test_an_order_is_not_done_twice():
     toy.send(along(2, 3, 3, "A"))
     assert toy.faults == ["USED_ORDER"]
     assert toy.vehicle.order_id == "B"
-
-
-def test_an_order_that_begins_elsewhere_is_rejected():
     toy = Toy()
     toy.send(along(3, 4, 4))
     assert toy.faults == ["START_FAR"]
@@ -116,13 +107,6 @@ def test_a_cancelled_order_is_gone_once_the_robot_stands():
     assert toy.vehicle.last_node == ("n1", 2)
 
 
-def test_there_is_nothing_to_cancel():
-    toy = Toy()
-    toy.do("cancelOrder", "c")
-    assert toy.faults == ["NO_ORDER"]
-    assert toy.done == {"c": "FAILED"}
-
-
 def test_blocking_actions_hold_the_robot_and_others_do_not():
     toy = Toy()
     hard = action("wait", "h", "HARD", duration=3.0)
@@ -141,7 +125,7 @@ def test_blocking_actions_hold_the_robot_and_others_do_not():
     assert toy.vehicle.leg is not None
 
 
-def test_an_edge_action_that_blocks_is_done_before_the_edge():
+def test_edge_actions_block_before_and_end_with_their_edge():
     toy = Toy()
     content = order([node(0), node(1), node(2)])
     content["edges"][1] = edge(1, action("wait", "s", "SOFT", duration=2.0))
@@ -152,9 +136,6 @@ def test_an_edge_action_that_blocks_is_done_before_the_edge():
     toy.drive()
     assert toy.vehicle.last_node == ("n2", 4)
     assert toy.done == {"s": "FINISHED"}
-
-
-def test_an_edge_action_ends_with_its_edge():
     toy = Toy()
     content = order([node(0), node(1)])
     content["edges"][0] = edge(0, action("wait", "s", "NONE", duration=99.0))
@@ -207,7 +188,7 @@ def test_charging_begins_with_the_current():
     assert toy.done["b"] == "FAILED"
 
 
-def test_requests_are_passed_on_once():
+def test_requests_and_instant_actions_are_done_once():
     toy = Toy()
     toy.do("stateRequest", "s")
     toy.do("factsheetRequest", "f")
@@ -217,6 +198,13 @@ def test_requests_are_passed_on_once():
     assert requests.initial_pose_map.x == 1.0
     assert toy.vehicle.last_node[0] == "n9"
     assert not toy.vehicle.take_requests().state
+    toy = Toy()
+    toy.send(along(0, 1, 1))
+    toy.do("cancelOrder", "c")
+    toy.wait(0.1)
+    toy.send(along(0, 1, 1, "B"))
+    toy.do("cancelOrder", "c")
+    assert toy.vehicle.is_busy is True
 
 
 @pytest.mark.parametrize(
@@ -230,16 +218,6 @@ def test_an_instant_action_that_cannot_be_done_fails(kind, parameters):
     assert toy.done == {"i": "FAILED"}
     toy.do("stateRequest", "j")
     assert toy.faults == []
-
-
-def test_an_instant_action_that_comes_twice_is_done_once():
-    toy = Toy()
-    toy.send(along(0, 1, 1))
-    toy.do("cancelOrder", "c")
-    toy.wait(0.1)
-    toy.send(along(0, 1, 1, "B"))
-    toy.do("cancelOrder", "c")
-    assert toy.vehicle.is_busy is True
 
 
 def test_a_leg_is_tried_three_times():

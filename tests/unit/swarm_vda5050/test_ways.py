@@ -1,7 +1,6 @@
 """Trajectories and corridors of edges."""
 
 import math
-from typing import Any
 
 import msgspec
 import numpy as np
@@ -20,16 +19,20 @@ QUARTER = nurbs(
 )
 
 
-def read(**more: Any) -> Edge:
+def read(**more):
     return msgspec.convert(edge(0) | more, Edge)
 
 
-def test_a_weighted_trajectory_is_an_arc():
+def test_a_corridor_has_sides_and_a_weighted_trajectory_is_an_arc():
     line = line_of(read(trajectory=QUARTER), START, END)
     assert np.hypot(*line.T) == pytest.approx(1.0, abs=1e-3)
     assert line[0] == pytest.approx((1.0, 0.0))
     assert line[-1] == pytest.approx((0.0, 1.0))
     assert np.hypot(*np.diff(line, axis=0).T).max() < 0.06
+    way = read(corridor={"leftWidth": 1.0, "rightWidth": 0.2, "corridorRefPoint": "CONTOUR"})
+    area = corridor_area(way, np.array([(0.0, 0.0), (4.0, 0.0)]), 0.1)
+    inside = shapely.contains_xy(area, [2.0, 2.0, 2.0, 2.0], [0.9, 1.1, -0.1, -0.3])
+    assert inside.tolist() == [True, False, True, False]
 
 
 @given(st.lists(st.tuples(st.floats(-9, 9), st.floats(-9, 9)), min_size=2, max_size=6, unique=True))
@@ -37,13 +40,6 @@ def test_a_trajectory_of_degree_1_passes_its_points(points):
     line = line_of(read(trajectory=nurbs(*points)), START, END)
     for point in points:
         assert np.hypot(*(line - point).T).min() < 0.06
-
-
-def test_a_corridor_has_a_left_and_a_right_side():
-    way = read(corridor={"leftWidth": 1.0, "rightWidth": 0.2, "corridorRefPoint": "CONTOUR"})
-    area = corridor_area(way, np.array([(0.0, 0.0), (4.0, 0.0)]), 0.1)
-    inside = shapely.contains_xy(area, [2.0, 2.0, 2.0, 2.0], [0.9, 1.1, -0.1, -0.3])
-    assert inside.tolist() == [True, False, True, False]
 
 
 @pytest.mark.parametrize(

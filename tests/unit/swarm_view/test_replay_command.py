@@ -1,7 +1,6 @@
 """Options of `swarm-replay`: what does not fit together is refused before anything is played."""
 
 import contextlib
-from pathlib import Path
 
 import pytest
 
@@ -15,7 +14,7 @@ MESSAGES = notes(40, (NOTE, OTHER))
 
 
 @pytest.fixture
-def bag(tmp_path: Path) -> Path:
+def bag(tmp_path):
     return split_bag(tmp_path / "bag", [MESSAGES[:9], MESSAGES[9:]])
 
 

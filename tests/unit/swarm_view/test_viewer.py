@@ -11,16 +11,16 @@ from swarm_view.viewer import run_until_signal
 class Stopped:
     """A viewer that only notes what it is told."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.told: list[str] = []
 
-    def stop(self) -> None:
+    def stop(self):
         self.told.append("stop")
 
-    def run(self) -> None:
+    def run(self):
         self.told.append("run")
 
-    def close(self) -> None:
+    def close(self):
         self.told.append("close")
 
 
@@ -29,7 +29,7 @@ def test_who_ends_it_as_soon_as_it_is_announced_ends_it_properly(number):
     before = {sign: signal.getsignal(sign) for sign in (signal.SIGINT, signal.SIGTERM)}
     viewer = Stopped()
     try:
-        run_until_signal(viewer, lambda: os.kill(os.getpid(), number))  # type: ignore[arg-type]
+        run_until_signal(viewer, lambda: os.kill(os.getpid(), number))
     finally:
         for sign, handler in before.items():
             signal.signal(sign, handler)

@@ -24,11 +24,13 @@ def _fleet(tmp_path, external):
     return str(path)
 
 
-def test_external_robots_of_a_fleet_have_no_navigator(tmp_path):
+def test_external_robots_have_no_navigator_and_a_number(tmp_path):
     plan = check_plan(RunSpec(swarm_size=3, fleet=_fleet(tmp_path, "[Srobot2]")))
     assert plan.alive == ["Srobot1", "Srobot3"]
     robots = plan.world_config(tmp_path / "verdict.json")["robots"]
     assert [robot.get("external", False) for robot in robots] == [False, True, False]
+    with pytest.raises(SwarmError, match=r"give number=\.\.\."):
+        ExternalRobot("ann", lambda seen: Twist())
 
 
 @pytest.mark.parametrize(
@@ -73,8 +75,3 @@ def test_a_beacon_has_pose_body_and_stopping_space():
     assert set(read["heard"].tolist()) - {0} == {2 << 16 | 29, 7 << 16 | 28}
     back = np.array(stopping_path(spec, pose, Twist(vx=-0.2)))
     assert back[-1, 1] < 2.0
-
-
-def test_a_name_without_a_number_needs_one():
-    with pytest.raises(SwarmError, match=r"give number=\.\.\."):
-        ExternalRobot("ann", lambda seen: Twist())

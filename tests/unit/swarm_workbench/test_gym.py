@@ -45,7 +45,7 @@ def test_a_goal_ends_an_episode_with_its_reward():
     assert gained > 10.0
 
 
-def _contacts(shield: bool, ticks: int) -> int:
+def _contacts(shield, ticks):
     """Return the contacts of robots that drive at each other and into walls at random."""
     env = SwarmEnv(4, "doorway", shield=shield, limit=1e6)
     random, contacts = np.random.default_rng(1), 0

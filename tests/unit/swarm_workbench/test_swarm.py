@@ -33,7 +33,6 @@ def test_a_goal_is_reached_and_told(swarm):
     assert abs(robot.pose.x - robot.true_pose.x) < 0.05
     assert swarm.report.goals_reached == 1
     assert swarm.report.collisions == 0
-    assert robot.scan is not None
     assert len(robot.scan.ranges) == load_robot("turtlebot3_waffle").lidar.rays
 
 
@@ -78,7 +77,6 @@ def test_waits_and_contacts_are_rows():
 
 
 def _rows(found):
-    """Yield the rows of a table, with pandas and without it."""
     if hasattr(found, "itertuples"):
         return found.itertuples(index=False, name=None)
     return (tuple(row.tolist()) for row in found)
@@ -96,7 +94,7 @@ def test_goals_are_awaited_in_an_event_loop_that_runs(swarm):
     assert all(asyncio.run(both()))
 
 
-def test_a_thread_of_its_own_may_wait(swarm):
+def test_cancel_timeout_and_a_thread_of_its_own(swarm):
     results = []
     thread = threading.Thread(
         target=lambda: results.append(swarm["Srobot1"].send("wait", {"time": {"sec": 1}}).wait())
@@ -106,9 +104,6 @@ def test_a_thread_of_its_own_may_wait(swarm):
     thread.join(20.0)
     assert results
     assert results[0]
-
-
-def test_cancel_and_timeout(swarm):
     goal = swarm["Srobot1"].go_to("east_north")
     with pytest.raises(GoalTimeoutError, match="has not arrived after 1 s"):
         goal.wait(timeout=1.0)
@@ -178,13 +173,10 @@ def test_options_that_make_no_sense_are_refused(options, message):
         Swarm(**({"robots": 1, "world": "doorway", "bench": True} | options)).start()
 
 
-def test_processes_need_rclpy(monkeypatch):
+def test_processes_need_rclpy_and_folders_trajectories(monkeypatch, tmp_path):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     with pytest.raises(SwarmError, match="this Python has no rclpy"):
         Swarm(robots=1).start()
-
-
-def test_a_folder_without_trajectories_is_refused(tmp_path):
     with pytest.raises(SwarmError, match="expected the folder of a run"):
         Trajectories.load(tmp_path)
 

@@ -31,7 +31,7 @@ def text_of(table):
     return console.file.getvalue()
 
 
-def test_large_swarms_are_packed_and_go_to_the_warehouse():
+def test_large_swarms_are_packed_and_jobs_come_repeat_by_repeat():
     jobs = plan_jobs(GRAPH, [20, 100, 200], 1)
     assert [(job.workload, job.pack) for job in jobs] == [
         ("hall", 1), ("hall", 1), ("warehouse", 10),
@@ -39,9 +39,6 @@ def test_large_swarms_are_packed_and_go_to_the_warehouse():
     assert {job.engine for job in jobs} == {usual_engine()}
     assert plan_jobs(HARNESS, [200], 1)[0].pack == 1
     assert plan_jobs(HARNESS, [20], 1)[0].engine == "planar"
-
-
-def test_jobs_come_repeat_by_repeat():
     jobs = plan_jobs(HARNESS, [5, 20], 2)
     assert [(job.repeat, job.robots) for job in jobs] == [(0, 5), (0, 20), (1, 5), (1, 20)]
 
@@ -78,7 +75,7 @@ def test_a_sweep_goes_on_where_it_was(tmp_path):
     assert {result.key for result in results} == {job.key for job in jobs}
 
 
-def test_rows_are_medians_over_repeats():
+def test_rows_are_medians_with_growth_and_other_work_told():
     rows = rows_of(result_of(job) for job in plan_jobs(GRAPH, [100, 20], 3))
     assert [row.first.robots for row in rows] == [20, 100]
     assert rows[0].median(lambda run: run.start_up) == pytest.approx(3.0)
@@ -86,16 +83,10 @@ def test_rows_are_medians_over_repeats():
     assert rows[0].cpu_total == pytest.approx(8.0)
     assert not rows[0].is_noisy
     assert "start-up [s]" in text_of(scale_table(rows, list(FIGURES)))
-
-
-def test_growth_is_from_20_to_100_robots():
     few, many = plan_jobs(GRAPH, [20, 100], 1)
     rows = rows_of([result_of(few), result_of(many, cost=2.0)])
     assert growth(rows) == pytest.approx(15.0 / 8.0)
     assert growth(rows[:1]) is None
-
-
-def test_rows_measured_beside_other_work_are_told_apart():
     (job,) = plan_jobs(GRAPH, [20], 1)
     (row,) = rows_of([dataclasses.replace(result_of(job), others=0.4)])
     assert row.is_noisy

@@ -12,7 +12,7 @@ from swarm_bench.baselines.orca import OFFSET, OrcaDriver
 from swarm_bench.baselines.planning import PathTrack, plain_planner, robot_costs
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import run
-from swarm_bench.runs.scenario import Scenario, load_scenario
+from swarm_bench.runs.scenario import load_scenario
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Odometry, Pose, Twist
@@ -32,7 +32,7 @@ START = Place(0.0, 0.0, 0.0)
 RADIUS = 0.26
 
 
-def shortened(name: str, limit: float) -> Scenario:
+def shortened(name, limit):
     return dataclasses.replace(load_scenario(name), time_limit={200: limit})
 
 
@@ -71,7 +71,7 @@ def test_opposing_robots_in_a_corridor_may_get_stuck_but_do_not_touch(method):
 # DWA
 
 
-def random_scene(seed: int) -> kernels.Obstacles:
+def random_scene(seed):
     rng = np.random.default_rng(seed)
     discs = np.column_stack((rng.uniform(-1.2, 1.2, (6, 2)), np.full(6, 0.24)))
     points = rng.uniform(-1.2, 1.2, (5, 2))
@@ -140,7 +140,7 @@ def test_a_track_follows_a_robot_that_cuts_a_corner():
 # ORCA
 
 
-def orca_robot() -> OrcaDriver:
+def orca_robot():
     spec = load_robot("turtlebot3_waffle")
     robot = OrcaDriver(NavConfig(), spec, HALL, Sites(), 1, Pose(0.0, 0.0, 0.0))
     robot.on_odom(Odometry(0, Pose(0.0, 0.0, 0.0), Twist()))

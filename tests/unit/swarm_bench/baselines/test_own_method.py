@@ -4,12 +4,9 @@ import runpy
 import sys
 from pathlib import Path
 
-import pytest
-
 from swarm_bench.runs.harness import Harness
 from swarm_bench.suite.selection import select
 from swarm_bench.suite.table import run_line
-from swarm_common.model.errors import ConfigError
 from tests.document_blocks import blocks_of
 from tests.fakes.lines import add_lines
 from tests.fakes.results import result
@@ -17,7 +14,7 @@ from tests.fakes.results import result
 ROOT = Path(__file__).parents[4]
 
 
-def save(name: str, folder: Path, page: str = "bench.md") -> Path:
+def save(name, folder, page="bench.md"):
     (block,) = [
         block
         for block in blocks_of((ROOT / "docs" / page).read_text("utf-8"))
@@ -28,16 +25,13 @@ def save(name: str, folder: Path, page: str = "bench.md") -> Path:
     return path
 
 
-def test_the_method_of_the_document_drives_two_robots(tmp_path, monkeypatch):
+def test_method_and_parts_of_the_document_drive_robots(tmp_path, monkeypatch):
     save("polite.py", tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     (options,) = select("corridor", [2], [0], method="polite:PoliteDriver")
     result = Harness(options).run()
     assert result.is_flawless
     assert "polite:PoliteDriver" in run_line(result)
-
-
-def test_the_parts_of_the_document_drive_three_robots(tmp_path, monkeypatch):
     save("parts.py", tmp_path, "plugins.md")
     monkeypatch.syspath_prepend(tmp_path)
     params = save("parts.yaml", tmp_path, "plugins.md")
@@ -45,15 +39,6 @@ def test_the_parts_of_the_document_drive_three_robots(tmp_path, monkeypatch):
     result = Harness(options).run()
     assert result.is_flawless
     assert "; controller.plugin parts:Pursuit; " in run_line(result)
-
-
-def test_the_world_is_the_scenarios(tmp_path):
-    params = tmp_path / "world.yaml"
-    params.write_text("/world:\n  ros__parameters:\n    radio.loss: 0.3\n", "utf-8")
-    with pytest.raises(ConfigError, match="the world is that of the scenario"):
-        select("circle", [3], [0], params=params)
-    with pytest.raises(ConfigError, match=r"[Nn]o module named 'nowhere'"):
-        select("circle", [3], [0], method="nowhere:Brain")
 
 
 def test_the_interval_of_the_document_is_around_the_median(tmp_path, monkeypatch, capsys):

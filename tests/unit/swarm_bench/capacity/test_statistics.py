@@ -8,13 +8,13 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from swarm_bench.capacity.curve import Curve, curve_of
+from swarm_bench.capacity.curve import curve_of
 from swarm_bench.capacity.findings import comparison_sentences, knee_sentence, reason_sentence
 from swarm_bench.capacity.knee import find_knee
 from swarm_bench.capacity.report import points_table, sentences, write_output
 from swarm_bench.statistics import Interval, mean_of_runs
 from swarm_run.record.figures import steady_of
-from swarm_run.record.run_record import GroundTruth, RunRecord, StationShare
+from swarm_run.record.run_record import GroundTruth, StationShare
 from tests.fakes.results import result
 
 
@@ -36,14 +36,7 @@ def test_batches_cover_the_throughput_of_a_queue():
     assert sum(run.finished) == round(run.per_hour * 70_000.0 / 3600.0)
 
 
-def test_a_mean_lead_time_is_that_of_the_goals_after_the_warm_up():
-    run = steady_of([(5.0, 5.0), (15.0, 4.0), (30.0, 8.0), (999.0, 1.0)], 10.0, 110.0)
-    assert run.finished == (1, 0, 1, *[0] * 7)
-    assert (run.per_hour, run.lead_time) == (72.0, 6.0)
-
-
-def around(value: float, error: float) -> Interval:
-    """Return Student's interval of ten seeds with a standard error of the mean."""
+def around(value, error):
     return Interval(value, value - 2.262 * error, value + 2.262 * error, 9)
 
 
@@ -59,21 +52,23 @@ def test_a_knee_is_found_within_its_interval(knee, slope, after, noise):
     values = [slope * (min(n, knee) + after * max(n - knee, 0)) for n in sizes]
     points = [around(value, noise * slope * knee) for value in values]
     found = find_knee(sizes, points)
-    assert found is not None
     assert abs(found.robots - knee) <= 1
     assert found.low <= knee + 1
     assert found.high >= knee - 1
 
 
-def test_a_straight_line_has_no_knee():
+def test_a_straight_line_has_no_knee_and_a_mean_is_after_the_warm_up():
     sizes = [4, 8, 12, 16, 20]
     assert find_knee(sizes, [around(10.0 * n, 3.0) for n in sizes]) is None
     noisy = [around(10.0 * min(n, 12), 90.0) for n in sizes]
     assert find_knee(sizes, noisy) is None  # not certain
     assert find_knee(sizes[:3], noisy[:3]) is None
+    run = steady_of([(5.0, 5.0), (15.0, 4.0), (30.0, 8.0), (999.0, 1.0)], 10.0, 110.0)
+    assert run.finished == (1, 0, 1, *[0] * 7)
+    assert (run.per_hour, run.lead_time) == (72.0, 6.0)
 
 
-def run_of(robots: int, seed: int, finished: int, share: float, name: str = "dock") -> RunRecord:
+def run_of(robots, seed, finished, share, name="dock"):
     """Return a run with a station in use for a share of the time."""
     truth = GroundTruth(
         stood_time=0.0, stood_worst=0.0, stood_share=0.5 if name == "" else 0.0, circles=0,
@@ -86,7 +81,7 @@ def run_of(robots: int, seed: int, finished: int, share: float, name: str = "doc
     return result(**fields, steady=steady_of(ends, 10.0, 3610.0))
 
 
-def hinged(label: str, names: list[str], share: float = 0.96, extra: int = 0) -> Curve:
+def hinged(label, names, share=0.96, extra=0):
     """Return a curve with its knee at 20 robots; `names` are the full stations by seed."""
     runs = [
         run_of(n, seed, 10 * min(n, 20) + seed + extra, share if n >= 16 else 0.4, names[seed])

@@ -6,9 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import pytest
 from rich.console import Console
@@ -40,7 +38,7 @@ class Slow(Baseline):
 '''
 
 
-def die_once(path: str) -> str:
+def die_once(path):
     """Die where no process has died yet."""
     if not Path(path).exists():
         Path(path).touch()
@@ -48,11 +46,11 @@ def die_once(path: str) -> str:
     return path
 
 
-def die(_: object) -> None:
+def die(_):
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def fail(_: object) -> None:
+def fail(_):
     raise ZeroDivisionError("no")
 
 
@@ -68,7 +66,7 @@ def test_a_run_whose_process_dies_is_repeated_and_stops_nobody(tmp_path):
     local.close()
 
 
-def own_pid(_: object) -> int:
+def own_pid(_):
     return os.getpid()
 
 
@@ -80,7 +78,7 @@ def test_a_process_makes_room_for_a_new_one(monkeypatch):
     assert found[0] == found[1] != found[2] == found[3] != found[4]
 
 
-def options_of(folder: Path, seeds: Sequence[int]) -> list[RunOptions]:
+def options_of(folder, seeds):
     """Return runs of a world, a mission and a method of the user's."""
     (folder / "short.yaml").write_text("route:\n  - pose: [1.0, 0.0, 0.0]\n", encoding="utf-8")
     (folder / "slowly.py").write_text(POLITE, encoding="utf-8")
@@ -93,7 +91,7 @@ def options_of(folder: Path, seeds: Sequence[int]) -> list[RunOptions]:
     ]
 
 
-def trajectories(results: Iterable[Any]) -> dict[int, str]:
+def trajectories(results):
     found = list(results)
     assert [item.error for item in found if not isinstance(item, RunRecord)] == []
     assert all(item.origin.processor and item.origin.inputs for item in found)
@@ -125,7 +123,7 @@ def test_inputs_travel_and_shards_are_the_whole(tmp_path, monkeypatch):
 def test_a_task_that_is_submitted_again_does_its_own_share(tmp_path, capsys):
     """Alone it took itself for the whole."""
 
-    def share(number: int, first: int, last: int, count: int, step: int = 1) -> tuple[int, int]:
+    def share(number, first, last, count, step=1):
         values = {"ID": number, "MIN": first, "MAX": last, "COUNT": count, "STEP": step}
         environment = {f"SLURM_ARRAY_TASK_{name}": str(value) for name, value in values.items()}
         return array_share(environment, tmp_path / "array.json")
@@ -144,7 +142,7 @@ def test_a_task_that_is_submitted_again_does_its_own_share(tmp_path, capsys):
 
 
 @pytest.fixture
-def scheduler(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+def scheduler(tmp_path):
     """Provide the address of a scheduler, and its three workers, which start in another folder."""
     pytest.importorskip("distributed")
     file = tmp_path / "scheduler.json"

@@ -10,7 +10,7 @@ from swarm_bench.cli import _load
 from swarm_bench.halls.hall_maker import DEAD_GAP, MISSIONS, HallRequest, make_hall
 from swarm_bench.halls.halls import DRAWN, SIZES, TROUBLES, build_hall, hall_of, hall_runs, run_hall
 from swarm_bench.halls.report import halls_markdown
-from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_nav.core.config import CostmapConfig, PlannerConfig
 from swarm_nav.core.goals import PlanError
@@ -21,12 +21,21 @@ from tests.fakes.results import result
 WISH = HallRequest(robots=12, radius=0.24, reach=0.57)
 
 
-def test_a_seed_means_one_hall():
+def test_a_seed_means_one_hall_of_any_size_mission_and_trouble():
     first, _ = make_hall(WISH, 7)
     again, _ = make_hall(WISH, 7)
     other, _ = make_hall(WISH, 8)
     assert first == again
     assert first.boxes != other.boxes
+    runs = hall_runs(range(200), [], DRAWN, DRAWN)
+    assert {run.robots for run in runs} == set(SIZES)
+    assert {run.scenario.mission for run in runs} == set(MISSIONS)
+    troubles = {run.scenario.name.partition(", ")[2] or "none" for run in runs}
+    assert troubles == set(TROUBLES)
+    pairs = {(run.robots, run.scenario.mission) for run in runs}
+    assert len(pairs) == len(SIZES) * len(MISSIONS)
+    hall, _ = make_hall(WISH, 1)
+    assert all(isinstance(pose, Pose) and math.isfinite(pose.yaw) for pose in hall.homes)
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -52,40 +61,19 @@ def test_every_goal_can_be_reached_and_is_not_a_dead_robots_place(seed):
     assert min(a.distance(b) for a, b in itertools.combinations(hall.stations, 2)) >= 0.599
 
 
-def test_the_seeds_cover_sizes_missions_and_troubles():
-    runs = hall_runs(range(200), [], DRAWN, DRAWN)
-    assert {run.robots for run in runs} == set(SIZES)
-    assert {run.scenario.mission for run in runs} == set(MISSIONS)
-    troubles = {run.scenario.name.partition(", ")[2] or "none" for run in runs}
-    assert troubles == set(TROUBLES)
-    pairs = {(run.robots, run.scenario.mission) for run in runs}
-    assert len(pairs) == len(SIZES) * len(MISSIONS)
-
-
-def test_wrong_words_are_refused():
-    with pytest.raises(UnknownNameError, match="mission"):
-        hall_runs([0], [], "dance", DRAWN)
-    with pytest.raises(UnknownNameError, match="trouble"):
-        hall_runs([0], [], DRAWN, "rain")
-    with pytest.raises(ConfigError, match="2 robots"):
-        hall_runs([0], [1], DRAWN, DRAWN)
-
-
+@pytest.mark.long
 def test_a_hall_that_has_no_room_is_refused():
     with pytest.raises(ConfigError, match="no valid hall for 12 robots"):
         make_hall(HallRequest(robots=12, radius=3.0, reach=6.2), 0)
 
 
-def test_people_walk_and_fleets_are_mixed():
+def test_people_have_a_place_and_fleets_are_mixed():
     assert len(hall_of(hall_runs([3], [5], DRAWN, "people")[0])[0].walkers) == 2
     episode = build_hall(hall_runs([3], [5], DRAWN, "mixed")[0])
     episode.world.close()
     radii = {spec.circumscribed_radius for spec in episode.world.specs}
     assert len(radii) == 2
-
-
-def test_people_have_a_place_to_begin_in_a_full_hall():
-    """Of hall 907 robots stood all along the way of a person: the world refused it."""
+    # Of hall 907 robots stood all along the way of a person: the world refused it.
     (options,) = hall_runs([907], [], DRAWN, DRAWN)
     build_hall(options).world.close()
 
@@ -98,11 +86,6 @@ def test_a_run_counts_goals_like_any_other():
     assert result.conditions["loss"] > 0.0
     assert result.is_flawless
     assert result.goals_sent == 15
-
-
-def test_homes_have_headings():
-    hall, _ = make_hall(WISH, 1)
-    assert all(isinstance(pose, Pose) and math.isfinite(pose.yaw) for pose in hall.homes)
 
 
 def test_the_table_of_halls_tells_what_was_missed_and_whether_that_was_told_before():

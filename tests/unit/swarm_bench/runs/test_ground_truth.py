@@ -7,22 +7,15 @@ from swarm_bench.runs.ground_truth import GroundTruthWatch
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
 from swarm_mission.way_table import WayTable
-from swarm_run.record.run_record import GroundTruth
 
 RADIUS = 0.2
 
 
-def floor() -> Grid:
-    """Return 10 m x 10 m without obstacles."""
+def floor():
     return Grid(np.zeros((100, 100), np.int8), 0.1, 0.0, 0.0)
 
 
-def watched(
-    poses: list[tuple[float, float, float]],
-    goals: list[tuple[float, float] | None],
-    seconds: int = 100,
-    drift: float = 0.0,
-) -> GroundTruth:
+def watched(poses, goals, seconds=100, drift=0.0):
     """Return what is seen of robots that stay; the last one moves by `drift` [m/s]."""
     names = [f"Srobot{number}" for number in range(1, len(poses) + 1)]
     watch = GroundTruthWatch(names, [RADIUS] * len(poses), floor(), ["dock"], 0.0)
@@ -36,24 +29,18 @@ def watched(
     return watch.figures(float(seconds))
 
 
-def test_two_that_face_each_other_are_a_circle_and_a_deadlock():
+def test_circles_and_queues_are_told_from_who_does_not_stand():
     seen = watched([(4.0, 5.0, 0.0), (4.6, 5.0, 3.1)], [(9.0, 5.0), (1.0, 5.0)])
     assert (seen.circles, seen.deadlocks) == (1, 1)
     assert seen.longest_circle == 97.0  # all but the first three seconds
     assert (seen.stood_time, seen.stood_worst) == (194.0, 97.0)
     assert seen.stood_share == pytest.approx(0.97, abs=0.01)
-
-
-def test_a_queue_before_a_station_is_no_circle():
     poses = [(9.0, 5.0, 0.0), (8.4, 5.0, 0.0), (7.8, 5.0, 0.0)]
     seen = watched(poses, [None, (9.0, 5.0), (9.0, 5.0)], seconds=59)
     assert (seen.circles, seen.deadlocks) == (0, 0)
     assert seen.stood_worst == 56.0
     assert seen.stations["dock"].occupied == 1.0
     assert watched(poses, [None, (9.0, 5.0), (9.0, 5.0)]).deadlocks == 1  # nobody comes nearer
-
-
-def test_who_moves_or_has_no_goal_or_is_there_does_not_stand():
     assert watched([(4.0, 5.0, 0.0)], [None]).deadlocks == 0
     assert watched([(4.0, 5.0, 0.0)], [(4.1, 5.0)]).stood_time == 0.0
     moving = watched([(1.0, 5.0, 0.0)], [(7.5, 5.0)], seconds=60, drift=0.1)

@@ -1,23 +1,14 @@
 """The harness: equal seeds give equal runs, faults do what they say, goals are counted."""
 
 import dataclasses
-import json
-from collections.abc import Sequence
-from pathlib import Path
 
 import pytest
 
-from swarm_bench.execution.executor import executor
 from swarm_bench.runs.episode import RunOptions, build
 from swarm_bench.runs.harness import Harness, run
-from swarm_bench.runs.result import line_from_json
 from swarm_bench.runs.scenario import load_scenario
-from swarm_bench.suite.table import run_line
 from swarm_common.model.records import Pose
-from swarm_nav.core.goals import Output
-from swarm_run.loop import Driver, InjectedFaults
-from swarm_run.record.run_record import RunRecord
-from swarm_sim.world.world import World
+from swarm_run.loop import InjectedFaults
 
 SCENARIO = """
 world: doorway
@@ -27,15 +18,14 @@ time_limit: {4: LIMIT}
 """
 
 
-def options(folder: Path, seed: int = 0, limit: float = 300.0, **changes: object) -> RunOptions:
+def options(folder, seed=0, limit=300.0, **changes):
     path = folder / "short.yaml"
     path.write_text(SCENARIO.replace("LIMIT", str(limit)), encoding="utf-8")
-    scenario = dataclasses.replace(load_scenario(str(path)), **changes)  # type: ignore[arg-type]
+    scenario = dataclasses.replace(load_scenario(str(path)), **changes)
     return RunOptions(scenario=scenario, robots=4, seed=seed)
 
 
-def without_times(result: RunRecord) -> dict[str, object]:
-    """Return all that must not depend on the machine."""
+def without_times(result):
     times = ("wall_time", "tick_us_median", "tick_us_p99", "cpu_ms_per_robot_second")
     return {key: value for key, value in result.as_json().items() if key not in times}
 
@@ -51,13 +41,12 @@ def test_robots_that_do_not_see_a_dead_one_are_told_before_the_run(tmp_path):
     ):
         episode = build(options(tmp_path, fleet=models, dead=dead, with_lidar=with_lidar))
         episode.world.close()
-        assert episode.conditions is not None
         found = [text for text in episode.conditions.findings if "dead" in text]
         assert len(found) == len(told)
         assert all(text.endswith(end) for text, end in zip(found, told, strict=True))
 
 
-def test_equal_seeds_give_equal_runs_and_others_do_not(tmp_path):
+def test_equal_seeds_give_equal_runs_and_losses_change_them(tmp_path):
     first, second = (run(options(tmp_path, seed=3)) for _ in range(2))
     assert without_times(first) == without_times(second)
     assert first.is_flawless
@@ -66,6 +55,10 @@ def test_equal_seeds_give_equal_runs_and_others_do_not(tmp_path):
     assert first.min_held_gap is not None
     other = run(options(tmp_path, seed=4))
     assert other.trajectory_sha256 != first.trajectory_sha256
+    clean = run(options(tmp_path))
+    lossy = run(options(tmp_path, loss=0.3))
+    assert clean.trajectory_sha256 != lossy.trajectory_sha256
+    assert lossy.conditions["loss"] == 0.3
 
 
 def test_brains_that_take_turns_decide_as_brains_one_by_one(tmp_path):
@@ -83,37 +76,8 @@ def test_a_brain_that_is_replaced_decides_in_every_tick(tmp_path):
     ticks = []
     for _ in range(20):
         harness.advance()
-        ticks.append(fresh._s.tick)  # type: ignore[attr-defined]
+        ticks.append(fresh._s.tick)
     assert ticks == list(range(1, 21))
-
-
-def test_only_sensors_that_err_give_a_pose_error(tmp_path):
-    chosen = options(tmp_path, limit=10.0)
-    assert run(chosen).pose_error is None
-    result = run(dataclasses.replace(chosen, realistic=True))
-    assert result.cpu_ms_per_robot_second is not None
-    assert result.pose_error is not None
-    assert 0.0 < result.pose_error["median"] <= result.pose_error["p95"] <= result.pose_error["max"]
-    assert result.pose_error["max"] < 0.3
-    assert "localisation error" in run_line(result)
-
-
-@pytest.mark.slow
-def test_processes_give_what_one_process_gives(tmp_path):
-    runs = [options(tmp_path, seed) for seed in (0, 1)]
-    by_jobs = []
-    for jobs in (1, 2):
-        with executor(jobs) as chosen:
-            found = [done.value for done in chosen.run(run, runs, None)]
-            by_jobs.append({result.seed: without_times(result) for result in found})
-    assert by_jobs[0] == by_jobs[1]
-
-
-def test_losses_change_the_run(tmp_path):
-    clean = run(options(tmp_path))
-    lossy = run(options(tmp_path, loss=0.3))
-    assert clean.trajectory_sha256 != lossy.trajectory_sha256
-    assert lossy.conditions["loss"] == 0.3
 
 
 def test_what_is_not_reached_in_time_is_missed_and_named(tmp_path):
@@ -137,7 +101,7 @@ def test_a_dead_robot_stands_and_its_goals_are_not_asked_for(tmp_path):
     places: list[tuple[float, float]] = []
     silent: list[bool] = []
 
-    def watch(world: World, _: Sequence[Driver], outputs: Sequence[Output | None]) -> None:
+    def watch(world, _, outputs):
         pose, _twist = world.ground_truth()[0]
         places.append((pose.x, pose.y))
         silent.append(outputs[0] is None)
@@ -155,7 +119,7 @@ def test_a_mute_robot_is_not_heard(tmp_path):
     heard: set[int] = set()
     harness = Harness(options(tmp_path, limit=20.0), faults=InjectedFaults(mute={1}))
 
-    def listen(world: World, _: Sequence[Driver], __: Sequence[Output | None]) -> None:
+    def listen(world, _, __):
         for seen in world.observe():
             heard.update(int(number) for number in seen.neighbors["id"])
 
@@ -175,11 +139,3 @@ def test_robots_of_the_scenario_that_are_dead_stand_where_it_says(tmp_path):
     pose, _twist = harness.episode.world.ground_truth()[2]
     assert pose.distance(Pose(*scenario.dead[0])) < 1e-9
     harness.episode.world.close()
-
-
-def test_a_result_survives_json(tmp_path):
-    result = run(options(tmp_path, limit=5.0))
-    text = json.dumps(result.as_json(), allow_nan=False)
-    again = json.loads(text)
-    assert again.pop("schema") == 1
-    assert line_from_json(again).as_json() == result.as_json()

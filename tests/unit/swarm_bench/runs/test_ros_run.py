@@ -20,7 +20,9 @@ ros_run.run_on_graph(RunOptions(scenario=load_scenario("station"), robots=2))
 SWARM = "import os, sys, time; open(sys.argv[1], 'w').write(f'{os.getpid()}\\n'); time.sleep(60)"
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+@pytest.mark.parametrize(
+    "number", [signal.SIGKILL, pytest.param(signal.SIGINT, marks=pytest.mark.long)]
+)
 def test_no_swarm_is_left_of_a_bench_that_ended(tmp_path, number):
     note = tmp_path / "pid"
     bench = subprocess.Popen((sys.executable, "-c", CODE, SWARM, note), stderr=subprocess.DEVNULL)

@@ -4,7 +4,7 @@ import pytest
 
 from swarm_bench.runs.episode import RunOptions, check
 from swarm_bench.runs.scenario import Scenario, load_scenario, scenario_names
-from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_common.model.errors import ConfigError
 
 SUITE = {
     "loading_in_order": (50,),
@@ -29,19 +29,8 @@ SUITE = {
 }
 
 
-def test_the_suite_is_complete():
+def test_the_suite_is_complete_with_limits_by_size_and_fleets_in_turn():
     assert {name: load_scenario(name).robots for name in scenario_names()} == SUITE
-
-
-@pytest.mark.parametrize("name", sorted(SUITE))
-def test_every_scenario_fits_its_world_in_every_size(name):
-    scenario = load_scenario(name)
-    for size in (*scenario.robots, len(scenario.dead) + 1):
-        check(RunOptions(scenario=scenario, robots=size))
-        assert scenario.limit_of(size) > 0.0
-
-
-def test_limits_targets_and_seeds_go_by_size():
     slim = load_scenario("slim_blockage")
     assert [slim.limit_of(size) for size in (5, 20, 21, 100, 150)] == [
         1500.0, 1500.0, 2500.0, 5000.0, 5000.0,
@@ -49,11 +38,22 @@ def test_limits_targets_and_seeds_go_by_size():
     assert slim.targets[50].release == 1300.0
     assert (slim.seeds_of(100), slim.seeds_of(7)) == (5, 20)
     assert Scenario(name="x").limit_of(3) == 3600.0
-
-
-def test_a_fleet_is_dealt_in_turn():
     models = load_scenario("mixed_fleet").models(5)
     assert models == ["turtlebot3_burger", "turtlebot3_waffle"] * 2 + ["turtlebot3_burger"]
+
+
+LARGE_MAPS = ("mapf_game", "mapf_random", "mapf_warehouse")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.long) if n in LARGE_MAPS else n for n in sorted(SUITE)],
+)
+def test_every_scenario_fits_its_world_in_every_size(name):
+    scenario = load_scenario(name)
+    for size in (*scenario.robots, len(scenario.dead) + 1):
+        check(RunOptions(scenario=scenario, robots=size))
+        assert scenario.limit_of(size) > 0.0
 
 
 @pytest.mark.parametrize(
@@ -61,27 +61,10 @@ def test_a_fleet_is_dealt_in_turn():
     [
         ("wrld: corridor", "unknown key 'wrld'.*'world'"),
         ("robots: 0", "robots.0. is 0.*from 1 to"),
-        ("robots: [-3]", "robots.0. is -3"),
-        ("robots: 1001", "robots.0. is 1001"),
-        ("robots: many", "is 'many'; expected a swarm size"),
-        ("robots: []", "robots is .*1 or more"),
         ("loss: 1.0", "loss is 1.0"),
-        ("loss: much", "loss is 'much'; expected a number"),
-        ("delay: -1", "delay is -1"),
-        ("noise: -1", "noise is -1"),
-        ("with_lidar: 1", "with_lidar is 1; expected true or false"),
-        ("fleet: turtlebot3_waffle", "fleet is .*expected a list"),
         ("dead: [[1, 2]]", r"dead\[0\].*3 numbers"),
         ("dead: [[1, 2, 0], [2, 2, 0]]\nrobots: 2", "2 dead robots leave none of 2"),
-        ("time_limit: 5", "time_limit is 5"),
-        ("time_limit: {20: 0}", "time_limit.20 is 0; expected"),
         ("time_limit: {x: 10}", "time_limit has the key 'x'; expected a swarm size"),
-        ("seeds: {20: 0}", "seeds.20 is 0; expected"),
-        ("stall_limit: 0", "stall_limit is 0"),
-        ("targets: {20: 5}", "targets.20 is 5"),
-        ("targets: {20: {relase: 5}}", "unknown key 'relase'.*'release'"),
-        ("world: [3]", r"world is \[3\]; expected text"),
-        ("world: [", "malformed"),
     ],
 )
 def test_a_faulty_file_is_refused_with_its_name(tmp_path, text, message):
@@ -92,20 +75,12 @@ def test_a_faulty_file_is_refused_with_its_name(tmp_path, text, message):
     assert "mine.yaml" in str(caught.value)
 
 
-def test_an_unknown_scenario_is_named_with_the_closest():
-    with pytest.raises(UnknownNameError, match="did you mean 'doorway'"):
-        load_scenario("dorway")
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("world: corridoor", "unknown world"),
-        ("mission: loading_rout", "unknown mission"),
         ("world: corridor", "unknown station 'loader_1'"),
         ("world: corridor\nmission: cross_over", "unknown spawn 'circle'"),
         ("world: corridor\nmission: roam", "'roam' leg needs 'places'"),
-        ("robot: turtlebot", "unknown robot"),
         ("fleet: [turtlebot]", "unknown robot"),
         ("actors: nobody.yaml", "nobody.yaml"),
     ],

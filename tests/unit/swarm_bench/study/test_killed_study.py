@@ -20,7 +20,7 @@ cells:
 LIMIT = 120.0  # [s] of wall time, on a busy machine
 
 
-@pytest.mark.slow
+@pytest.mark.long  # that a killed sweep goes on is a test that always runs
 @pytest.mark.timeout(600)
 def test_a_killed_study_goes_on_where_it_was(tmp_path):
     (tmp_path / "speed.yaml").write_text(EXPERIMENT, encoding="utf-8")

@@ -3,7 +3,6 @@
 import dataclasses
 import shutil
 from pathlib import Path
-from typing import Any
 
 import msgspec
 import numpy as np
@@ -50,7 +49,7 @@ cells:
 """
 
 
-def line(method: str, seed: int, makespan: float | None, **changes: object) -> StudyLine:
+def line(method, seed, makespan, **changes):
     values = {
         "experiment": "speed", "cell": "doorway 4", "method": method, "seed": seed,
         "goals_sent": 4, "goals_reached": 4 if makespan else 3, "robot_robot": 0,
@@ -62,31 +61,25 @@ def line(method: str, seed: int, makespan: float | None, **changes: object) -> S
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     (tmp_path / "speed.yaml").write_text(EXPERIMENT, encoding="utf-8")
     return tmp_path
 
 
-def in_this_process(jobs: int, cluster: str | None, *, apart: bool) -> Any:
+def in_this_process(jobs, cluster, *, apart):
     return executor(jobs, cluster)
 
 
-def test_a_run_that_did_not_end_stays_in():
-    lines = [line("ours", 0, 100.0), line("ours", 1, None), line("ours", 2, None)]
-    assert tables.results(tables.groups(lines)).rows[0] == ["doorway 4", "never (1/3), +100%"]
-
-
-def test_differences_are_paired_by_seed():
+def test_differences_are_paired_and_zero_contacts_have_a_bound():
     lines = [line("ours", s, 100.0 + 50 * s) for s in (0, 1, 2)]
     lines += [line("central-mapf", s, 90.0 + 50 * s) for s in (2, 0)]
     found = tables.differences(tables.groups(lines)).rows[0]
     assert found[2:4] == ["2", "+7 [+7, +7]"]  # 10 s of 100 and 200 s
-
-
-def test_zero_contacts_have_a_bound():
     found = tables.details(tables.groups([line("ours", s, 100.0) for s in range(10)]))
     assert found.rows[0][4] == "0 (< 25.9% at 95 %)"
     assert found.rows[0][8] == "100%"
+    lines = [line("ours", 0, 100.0), line("ours", 1, None), line("ours", 2, None)]
+    assert tables.results(tables.groups(lines)).rows[0] == ["doorway 4", "never (1/3), +100%"]
 
 
 def test_what_comes_with_the_project_can_be_read():
@@ -96,11 +89,16 @@ def test_what_comes_with_the_project_can_be_read():
     assert len({run.key for run in runs}) == len(runs)
 
 
-def test_dead_robots_are_the_same_for_all_methods(folder):
+def test_dead_robots_and_study_seeds_are_the_same_for_all(folder, tmp_path):
     (folder / "speed.yaml").write_text(EXPERIMENT.replace("seeds: 2", "seeds: 1, dead: 0.5"))
     ours, central = runs_of(load_experiments(folder), quick=False)
     assert ours.faults() == central.faults()
     assert len(ours.faults().dead) == 2
+    shutil.copytree(study_folder(), tmp_path / "study")
+    path = tmp_path / "study/tuning/methods.yaml"
+    path.write_text(path.read_text().replace("[100,", "[7,"))
+    with pytest.raises(ConfigError, match="expected an integer, 100 or more"):
+        load_tuning(tmp_path / "study")
 
 
 @pytest.mark.parametrize(
@@ -119,11 +117,6 @@ def test_what_is_wrong_in_an_experiment_is_said(folder, old, new, told):
     with pytest.raises(SwarmError, match=r"speed\.yaml") as caught:
         load_experiments(folder)
     assert told in str(caught.value)
-
-
-def test_an_empty_folder_is_refused(tmp_path):
-    with pytest.raises(ConfigError, match="has no experiments"):
-        load_experiments(tmp_path)
 
 
 def test_runs_that_are_missing_are_counted_and_named(folder):
@@ -192,15 +185,12 @@ def test_compressed_lines_do_not_depend_on_the_order_of_runs(tmp_path):
     assert len(packed) == 1
 
 
-def test_pairs_come_together_and_cheap_cells_more_often(folder):
+def test_pairs_come_together_and_a_run_is_no_faster_than_its_bound(folder):
     more = "  - {scenario: crossing, robots: 24, seconds: 3000, seeds: 2}\n"
     (folder / "speed.yaml").write_text(EXPERIMENT + more, encoding="utf-8")
     runs = runs_of(load_experiments(folder), quick=False)
     assert [(run.cell.robots, run.seed) for run in runs[::2]] == [(4, 0), (4, 1), (24, 0), (24, 1)]
     assert all(a.key[3] == b.key[3] for a, b in zip(runs[::2], runs[1::2], strict=True))
-
-
-def test_a_run_is_no_faster_than_its_bound(folder):
     run = next(run for run in runs_of(load_experiments(folder), quick=True) if run.seed == 0)
     run = dataclasses.replace(run, method="central-mapf")
     found = run_one((run, run.options()))
@@ -223,15 +213,15 @@ orders:
 
 
 @pytest.fixture
-def stream(folder: Path) -> Path:
+def stream(folder):
     for name, text in (("scenarios", STREAM), ("missions", ORDERS)):
         (folder / name).mkdir()
         (folder / name / "stream.yaml").write_text(text, encoding="utf-8")
     return folder
 
 
-def cell(folder: Path, **changes: object) -> Cell:
-    return beside(Cell(scenario="stream", robots=4, **changes), folder)  # type: ignore[arg-type]
+def cell(folder, **changes):
+    return beside(Cell(scenario="stream", robots=4, **changes), folder)
 
 
 def test_orders_without_end_are_counted_and_robots_may_join(stream):
@@ -300,14 +290,6 @@ def test_the_best_of_equally_many_tries_is_chosen(tmp_path):
     write_chosen(tmp_path / "study", chosen)
     assert load_chosen(tmp_path / "study") == chosen
     assert "orca" not in choose(tuning, [each for each in lines if each.seed != 104])
-
-
-def test_study_seeds_are_not_tuned_on(tmp_path):
-    shutil.copytree(study_folder(), tmp_path / "study")
-    path = tmp_path / "study/tuning/methods.yaml"
-    path.write_text(path.read_text().replace("[100,", "[7,"))
-    with pytest.raises(ConfigError, match="expected an integer, 100 or more"):
-        load_tuning(tmp_path / "study")
 
 
 def test_sides_are_named_level_by_level(stream):

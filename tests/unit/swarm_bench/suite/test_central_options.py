@@ -8,13 +8,6 @@ from swarm_bench.suite.selection import select
 from swarm_common.model.errors import SwarmError
 
 
-def test_parameters_of_the_centre_are_taken():
-    settings = ["central.planner=lacam", "central.most_released=20"]
-    (found,) = select("doorway", [4], [0], method="central-mapf", settings=settings)
-    assert found.central == {"planner": "lacam", "most_released": 20}
-    assert found.parameters == {}
-
-
 @pytest.mark.parametrize(
     ("method", "settings", "solver", "told"),
     [

@@ -7,7 +7,6 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import Any
 
 import psutil
 import pytest
@@ -27,7 +26,7 @@ LIMIT = 60.0  # [s] of wall time, on a busy machine
 
 
 @pytest.fixture
-def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+def command(tmp_path, monkeypatch):
     """Return the command, in a folder of its own; solvers have their files there, too."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("TMPDIR", str(tmp_path / "files"))
@@ -41,7 +40,7 @@ def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     ]  # fmt: skip
 
 
-def run(monkeypatch: pytest.MonkeyPatch, command: list[str], mode: str) -> tuple[int, Any]:
+def run(monkeypatch, command, mode):
     """Run the command in this process; return its exit code and the line that it wrote."""
     monkeypatch.setenv("SOLVER_MODE", mode)
     monkeypatch.setattr("sys.argv", ["swarm-bench", *command])

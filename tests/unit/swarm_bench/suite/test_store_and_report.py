@@ -2,7 +2,6 @@
 
 import io
 import json
-from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
@@ -12,7 +11,6 @@ from swarm_bench.cli import _load
 from swarm_bench.execution.processes import LocalExecutor
 from swarm_bench.execution.task import Done
 from swarm_bench.runs import inputs
-from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.origin import here
 from swarm_bench.runs.result_builder import identity
 from swarm_bench.runs.ros_run import result_of_report, run_on_graph, spec_of
@@ -21,7 +19,7 @@ from swarm_bench.suite.report import traffic_report
 from swarm_bench.suite.selection import select, suite_sweeps
 from swarm_bench.suite.summary import summarise
 from swarm_bench.suite.sweep import RunSweep, key_of_options, read_results
-from swarm_bench.suite.table import COLUMNS, summary_table
+from swarm_bench.suite.table import COLUMNS
 from swarm_common.model.errors import ConfigError
 from tests.fakes.lines import add_lines
 from tests.fakes.results import result
@@ -30,15 +28,15 @@ from tests.fakes.results import result
 class FakeExecutor:
     """Returns flawless results, and notes the seeds."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.asked: list[int] = []
 
-    def run(self, runner: object, items: Sequence[RunOptions], pack: object) -> Iterator[Done]:
+    def run(self, runner, items, pack):
         for index, item in enumerate(items):
             self.asked.append(item.seed)
             yield Done(index, result(**identity(item)), here())
 
-    def close(self) -> None:
+    def close(self):
         pass
 
 
@@ -51,14 +49,14 @@ def test_a_killed_sweep_continues(tmp_path):
         file.write('{"schema": 1, "scen')  # killed here
     console = Console(file=io.StringIO(), width=170)
     results = RunSweep(options, path, executor).run(console)
-    said = console.file.getvalue()  # type: ignore[attr-defined]
+    said = console.file.getvalue()
     assert f"1 of 3 runs are in {path} already" in said
     assert executor.asked == [1, 0, 2]
     assert sorted(item.seed for item in results) == [0, 1, 2]
     assert [item.seed for item in read_results(path)] == [1, 0, 2]
 
 
-def test_results_of_other_inputs_are_not_read_as_these(tmp_path):
+def test_other_inputs_or_conditions_are_other_runs(tmp_path):
     mission, path = tmp_path / "own.yaml", tmp_path / "runs.jsonl"
     scenario = tmp_path / "row.yaml"
     scenario.write_text(f"mission: {mission}\nrobots: [2]\n", encoding="utf-8")
@@ -68,35 +66,10 @@ def test_results_of_other_inputs_are_not_read_as_these(tmp_path):
         mission.write_text(f"route:\n  - stations: [{station}]\n", encoding="utf-8")
         RunSweep(select(str(scenario), (), [0]), path, executor).run(console)
     assert executor.asked == [0, 0]  # the third is the first
-    said = console.file.getvalue()  # type: ignore[attr-defined]
+    said = console.file.getvalue()
     assert said.count("1 results in") == 2  # the second, and beside the third the second's
     with pytest.raises(ConfigError, match=r"line 1.*line 2.*different inputs"):
         read_results(path)
-
-
-def test_equal_lines_count_once_and_different_ones_are_named(tmp_path):
-    first, second = tmp_path / "a.jsonl", tmp_path / "b.jsonl"
-    for path, wall_time in ((first, 9.0), (second, 11.0)):
-        add_lines(path, [result(wall_time=wall_time, origin=here("1"))])
-    assert len(read_results(first, second)) == 1
-    add_lines(second, [result(trajectory_sha256="1", origin=here("1"))])
-    with pytest.raises(ConfigError, match=r"a\.jsonl, line 1 .*b\.jsonl, line 2 .*trajectory"):
-        read_results(first, second)
-
-
-LOSSLESS = {"loss": 0.0, "delay": 0.0, "lidar": False, "noise": 0.02}
-
-
-def test_the_terminals_table_says_units_and_what_kinds_of_collisions():
-    console = Console(file=io.StringIO(), width=170)
-    console.print(summary_table([result(robot_robot=2, robot_world=1)]).rich())
-    said = console.file.getvalue()  # type: ignore[attr-defined]
-    assert "makespan [s]" in said
-    assert "(robots" in said
-    assert " 2+1 " in said
-
-
-def test_other_conditions_are_other_runs():
     (plain,) = select("slim_blockage", [20], [0])
     (lossy,) = select("slim_blockage", [20], [0], loss=0.2)
     (tuned,) = select("slim_blockage", [20], [0], settings=["traffic.safety_margin=0.06"])
@@ -104,7 +77,14 @@ def test_other_conditions_are_other_runs():
     assert len({*keys, key_of_options(plain, ros=True)}) == 4
 
 
-def test_a_line_that_is_no_result_is_named(tmp_path):
+def test_lines_count_once_and_what_is_none_is_named(tmp_path):
+    first, second = tmp_path / "a.jsonl", tmp_path / "b.jsonl"
+    for path, wall_time in ((first, 9.0), (second, 11.0)):
+        add_lines(path, [result(wall_time=wall_time, origin=here("1"))])
+    assert len(read_results(first, second)) == 1
+    add_lines(second, [result(trajectory_sha256="1", origin=here("1"))])
+    with pytest.raises(ConfigError, match=r"a\.jsonl, line 1 .*b\.jsonl, line 2 .*trajectory"):
+        read_results(first, second)
     path = tmp_path / "runs.jsonl"
     path.write_text(json.dumps({"scenario": "circle"}) + "\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"runs\.jsonl, line 1 is no result"):
@@ -140,11 +120,6 @@ def test_the_document_has_rows_targets_flaws_and_a_comparison():
     assert "|slim_blockage|20|2|12 %, 4 contacts, -|100 %, 0 contacts" in text
     assert "|circle|40|1|0+0|39/40|-|-|≤ 125: missed|" in text
     assert "Srobot3 missed home of Srobot23" in text
-
-
-def test_rows_with_other_conditions_say_so():
-    text = traffic_report([result(conditions={**LOSSLESS, "loss": 0.2})], "m", "c")
-    assert "|slim_blockage, loss 0.2|20|" in text
 
 
 def test_the_suite_covers_every_scenario_and_method():

@@ -2,7 +2,6 @@
 
 import io
 import time
-from pathlib import Path
 
 import msgspec
 import numba
@@ -28,28 +27,19 @@ def test_a_first_compilation_is_told_once(capsys):
     assert said.out == ""
 
 
-def test_compiled_kernels_are_not_mentioned(capsys):
-    task._say_compiling.cache_clear()
-    kernel = numba.njit(lambda x: x + 1)
-    kernel(0)
-    with executor() as here:
-        assert [done.value for done in here.run(kernel, [0, 1], None)] == [1, 2]
-    assert capsys.readouterr().err == ""
-
-
 class Half(msgspec.Struct):
     of: int
     half: int
 
-    def as_json(self) -> dict[str, int]:
+    def as_json(self):
         return {"schema": 1, "of": self.of, "half": self.half}
 
 
-def half(item: int) -> Half:
+def half(item):
     return Half(item, 12 // item // 2)
 
 
-def sweep_of(items: list[int], path: Path | None, shard: str = "") -> Sweep[int, Half]:
+def sweep_of(items, path, shard=""):
     return Sweep(
         items=items, runner=half, key=lambda item: item, key_of=lambda result: result.of,
         store=Store(path, lambda data: msgspec.convert(data, Half), "halve", shard),
@@ -63,7 +53,7 @@ def test_a_run_that_fails_stops_no_other_and_is_made_again(tmp_path):
         sweep = sweep_of([3, 0, 2, 3], tmp_path / "a.jsonl")
         assert [result.half for result in sweep.run(console)] in ([2, 3], [2, 3, 2])
         assert len(sweep.failed) == 1
-    said = console.file.getvalue()  # type: ignore[attr-defined]
+    said = console.file.getvalue()
     assert said.count("0: failed: ZeroDivisionError") == 2
     assert "2 of 4 runs are in" in said
 
@@ -99,7 +89,7 @@ def test_lines_are_packed_and_those_that_somebody_writes_stay(tmp_path):
         store.read()
 
 
-def test_a_terminal_has_bars_for_runs_and_for_compiling():
+def test_a_terminal_has_bars_and_elsewhere_there_is_none():
     output = io.StringIO()
     console = Console(file=output, force_terminal=True, width=100)
     kernel = numba.njit(lambda x: x + 1)
@@ -110,9 +100,6 @@ def test_a_terminal_has_bars_for_runs_and_for_compiling():
         tell(1, 2)
     assert "kernels compiled" in output.getvalue()
     assert "1 of 2 runs" in output.getvalue()
-
-
-def test_elsewhere_there_is_no_bar():
     output = io.StringIO()
     with bar(Console(file=output), "runs", 2) as tell:
         tell(1, 2)

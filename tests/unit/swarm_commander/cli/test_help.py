@@ -1,6 +1,5 @@
 """Every --help has examples, and groups where it has many options."""
 
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -11,7 +10,7 @@ from tools.write_reference import APPS, COMPLETION
 FEW = 10  # options that need no groups
 
 
-def _commands() -> Iterator[tuple[str, Any]]:
+def _commands():
     for name, load in APPS.items():
         command: Any = get_command(load())
         if name != "swarm-commander ":  # its commands are those of swarm-commander

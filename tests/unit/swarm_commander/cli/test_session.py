@@ -32,6 +32,6 @@ def test_a_start_that_is_stopped_says_so_in_one_line(tmp_path, stopped, code, sa
     local: Any = SimpleNamespace(complete=lambda _: None)
     console = Console(width=100, file=io.StringIO())
     assert session._conclude(plan, run, local, console) == code
-    text = console.file.getvalue()  # type: ignore[attr-defined]
+    text = console.file.getvalue()
     assert text == said if stopped else said in text
     assert folder.report.exists()

@@ -11,7 +11,7 @@ from swarm_common.model.errors import ConfigError
 PLACE = (1.0, 2.0, 0.5)
 
 
-def test_a_box_and_a_cylinder_become_models():
+def test_boxes_and_cylinders_become_models_and_files_are_named_for_the_world(tmp_path, monkeypatch):
     request = thing_request("crate", "", (0.5, 0.4, 0.6), None, 3.0, PLACE)
     assert (request.name, request.allow_renaming) == ("crate", False)
     assert request.initial_pose.header.frame_id == GROUND
@@ -24,9 +24,6 @@ def test_a_box_and_a_cylinder_become_models():
     root = ET.fromstring(request.resource_string)
     assert root.findtext("model/static") == "true"
     assert root.findtext(".//radius") == "0.2"
-
-
-def test_files_are_named_for_the_world_and_uris_kept(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("shelf.sdf").touch()
     request = thing_request("", "shelf.sdf", None, None, None, PLACE)

@@ -18,19 +18,19 @@ SECRET = "a secret of this swarm"
 class Node:
     """Stands in for rclpy's: remembers which topics were made, and how."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.qualities: dict[str, list[QoSProfile]] = {}
 
-    def create_publisher(self, _: Any, topic: str, quality: QoSProfile) -> Any:
+    def create_publisher(self, _, topic, quality):
         self.qualities.setdefault(topic, []).append(quality)
         return SimpleNamespace(publish=lambda _: None)
 
-    def create_subscription(self, _: Any, topic: str, __: Any, quality: QoSProfile) -> None:
+    def create_subscription(self, _, topic, __, quality):
         self.qualities.setdefault(topic, []).append(quality)
 
 
 @pytest.fixture(autouse=True)
-def _no_sockets(monkeypatch: pytest.MonkeyPatch) -> None:
+def _no_sockets(monkeypatch):
     for module in (host_client, host_server):
         monkeypatch.setattr(module, "ProbeSocket", lambda *_: None)
 

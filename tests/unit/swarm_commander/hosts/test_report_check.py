@@ -20,32 +20,29 @@ CONTENT = dataclasses.asdict(REPORT)
 class Door(ReportCheck):
     """Remembers what it said."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.said: list[str] = []
         self._rejections = Rejections(EventWriter(None), self.said.append)
         super().__init__(SECRET, "run 2", self._rejections)
 
     @property
-    def rejected(self) -> dict[str, int]:
+    def rejected(self):
         return dict(self._rejections.counts)
 
 
-def door() -> Door:
+def door():
     return Door()
 
 
-def sealed(secret: str = SECRET, kind: str = HOSTS, run: str = "run 2", sender: str = "a") -> str:
+def sealed(secret=SECRET, kind=HOSTS, run="run 2", sender="a"):
     return Sealer(secret, kind, sender).seal(run, CONTENT)
 
 
-def test_a_report_of_this_run_is_taken():
+def test_a_report_of_this_run_is_taken_and_none_of_the_run_before():
     one = door()
     assert one.take(sealed()) == REPORT
     assert one.rejected == {}
-
-
-def test_a_host_of_the_run_before_is_not_taken_up():
-    """A world that crashed and was started again took the old hosts, which leave at once."""
+    # A world that crashed and was started again took the old hosts, which leave at once.
     one = door()
     assert one.take(sealed(run="run 1")) is None
     assert one.take(sealed(run="run 1", sender="b")) is None
@@ -53,11 +50,15 @@ def test_a_host_of_the_run_before_is_not_taken_up():
     assert len(one.said) == 2  # once for each host
 
 
-def test_without_the_secret_nothing_is_taken():
+def test_neither_forged_nor_wrong_reports_are_taken():
     one = door()
     assert one.take(sealed(secret="a secret of another")) is None
     assert one.take(json.dumps(CONTENT)) is None
     assert one.rejected == {FORGED: 2}
+    one = door()
+    assert one.take(Sealer(SECRET, HOSTS, "a").seal("run 2", {"robots": 3})) is None
+    assert one.take(sealed(sender="b")) is None
+    assert one.rejected == {UNREADABLE: 2}
 
 
 def test_what_was_said_once_or_by_the_other_side_is_not_taken():
@@ -99,10 +100,3 @@ def test_nonsense_is_counted_and_nothing_else(text):
     one = door()
     assert one.take(text) is None
     assert one.rejected == {FORGED: 1}
-
-
-def test_a_report_that_is_none_although_it_is_sealed():
-    one = door()
-    assert one.take(Sealer(SECRET, HOSTS, "a").seal("run 2", {"robots": 3})) is None
-    assert one.take(sealed(sender="b")) is None
-    assert one.rejected == {UNREADABLE: 2}

@@ -4,7 +4,6 @@ import io
 import time
 from datetime import datetime
 from pathlib import Path
-from typing import Any
 
 import pytest
 from rich.console import Console
@@ -27,7 +26,7 @@ ROBOTS = ("Srobot1", "Srobot2")
 class Run(Supervision):
     """Starts nobody."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder):
         plan = RobotsPlan(
             robots=(1, 2),
             pack=1,
@@ -45,13 +44,13 @@ class Run(Supervision):
         self._parts = (self.side,)
 
     @property
-    def refusal(self) -> str | None:
+    def refusal(self):
         return self._refusal
 
-    def describe(self, text: str) -> None:
+    def describe(self, text):
         self.side._description_path.write_text(text, encoding="utf-8")
 
-    def start(self, name: str, config: dict[str, Any], *flags: str) -> None:
+    def start(self, name, config, *flags):
         pass
 
 

@@ -8,46 +8,46 @@ from tf2_msgs.msg import TFMessage
 from swarm_commander.viewers.frame_relay import FrameRelay, frame_of
 
 
-def link(parent: str, child: str, x: float = 0.0) -> TFMessage:
+def link(parent, child, x=0.0):
     transform = TransformStamped(child_frame_id=child)
     transform.header.frame_id = parent
     transform.transform.translation.x = x
     return TFMessage(transforms=[transform])
 
 
-def pairs(message: TFMessage) -> list[tuple[str, str]]:
+def pairs(message):
     return [(one.header.frame_id, one.child_frame_id) for one in message.transforms]
 
 
 class FakeNode:
     """A node with topics that others publish."""
 
-    def __init__(self, *robots: str) -> None:
+    def __init__(self, *robots):
         self.robots = set(robots)
         self.sent: dict[str, list[TFMessage]] = {}
         self.takers: dict[str, Any] = {}
 
-    def create_publisher(self, _: Any, topic: str, __: Any) -> Any:
+    def create_publisher(self, _, topic, __):
         sent = self.sent.setdefault(topic, [])
         return type("Publisher", (), {"publish": staticmethod(sent.append)})()
 
-    def create_subscription(self, _: Any, topic: str, take: Any, __: Any, **___: Any) -> str:
+    def create_subscription(self, _, topic, take, __, **___):
         self.takers[topic] = take
         return topic
 
-    def destroy_subscription(self, topic: str) -> None:
+    def destroy_subscription(self, topic):
         del self.takers[topic]
 
-    def get_topic_names_and_types(self) -> list[tuple[str, list[str]]]:
+    def get_topic_names_and_types(self):
         names = {f"/{robot}/tf" for robot in self.robots} | set(self.takers)
         return [(name, ["tf2_msgs/msg/TFMessage"]) for name in (*names, "/sim/tf", "/tf")]
 
-    def count_publishers(self, topic: str) -> int:
+    def count_publishers(self, topic):
         return int(topic.split("/")[1] in self.robots)
 
 
-def relay_of(node: FakeNode) -> FrameRelay:
-    relay = FrameRelay(node)  # type: ignore[arg-type]
+def relay_of(node):
+    relay = FrameRelay(node)
     relay.look()
     return relay
 

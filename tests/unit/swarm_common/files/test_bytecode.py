@@ -10,14 +10,14 @@ from swarm_common.process.start import ensure_bytecode
 
 
 @pytest.fixture
-def module(tmp_path: Path) -> Path:
+def module(tmp_path):
     file = tmp_path / "pack" / "inner" / "module.py"
     file.parent.mkdir(parents=True)
     file.write_text("VALUE = 1\n", encoding="utf-8")
     return file
 
 
-def compiled(module: Path) -> Path:
+def compiled(module):
     return Path(importlib.util.cache_from_source(str(module)))
 
 

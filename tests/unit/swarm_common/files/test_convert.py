@@ -43,7 +43,7 @@ class Wheel:
     radius: Positive = 0.1
     width: float = 0.1
 
-    def __post_init__(self) -> None:
+    def __post_init__(self):
         if self.width > self.radius:
             raise ConfigError(f"width is {self.width} m; it must be at most the radius")
 
@@ -93,16 +93,13 @@ GOOD: dict[str, Any] = {
 }  # fmt: skip
 
 
-def test_a_value_that_fits_becomes_what_is_asked():
+def test_a_value_that_fits_is_read_as_it_is_written():
     route = convert(GOOD, Route)
     stop = route.stops["a"]
     assert (stop.from_, stop.pose, stop.wait) == ("01", (1.0, 2.0, 3.0), 1.0)
     assert (stop.color, stop.wheel, stop.at) == (Color.BLUE, Wheel(radius=1.0, width=1.0), (1, 2.5))
     assert (stop.form, stop.limits) == (Box(size=(1.0, 2.0)), {3: 4.0})
     assert route.legs[0].names == "x"
-
-
-def test_what_is_written_is_read_again():
     route = convert(GOOD, Route)
     assert convert(msgspec.to_builtins(route, str_keys=True), Route) == route
 

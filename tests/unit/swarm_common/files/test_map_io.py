@@ -1,7 +1,5 @@
 """Maps by Nav2's rules, and what is refused."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from PIL import Image
@@ -13,7 +11,7 @@ from swarm_common.model.grid import Grid
 HEAD = "image: m.pgm\nresolution: 0.05\norigin: [1.0, -2.0, 0.0]\n"
 
 
-def write(folder: Path, text: str, pixels: list[list[int]] | None = None) -> Path:
+def write(folder, text, pixels=None):
     rows = np.array(pixels or [[0, 254, 205]], np.uint8)
     head = f"P5\n# a comment\n{rows.shape[1]} {rows.shape[0]}\n255\n".encode()
     (folder / "m.pgm").write_bytes(head + rows.tobytes())
@@ -22,7 +20,7 @@ def write(folder: Path, text: str, pixels: list[list[int]] | None = None) -> Pat
     return path
 
 
-def cells(folder: Path, extra: str, shades: list[int]) -> list[int]:
+def cells(folder, extra, shades):
     return [int(v) for v in load_map(write(folder, HEAD + extra, [shades])).cells[0]]
 
 

@@ -1,7 +1,5 @@
 """Names in files are texts as written, whatever YAML makes of such a word elsewhere."""
 
-from pathlib import Path
-
 import pytest
 
 from swarm_common.files import yaml_io
@@ -17,7 +15,7 @@ WORDS = [
 ]  # fmt: skip
 
 
-def written(folder: Path, text: str, name: str = "mine.yaml") -> Path:
+def written(folder, text, name="mine.yaml"):
     path = folder / name
     path.write_text(text, encoding="utf-8")
     return path

@@ -1,15 +1,12 @@
 """Parameter files as rcl reads them: nesting, wildcards, what is given twice."""
 
-from pathlib import Path
-from typing import Any
-
 import pytest
 
 from swarm_common.files.params_io import is_for, read_parameter_file
 from swarm_common.model.errors import ConfigError
 
 
-def read(folder: Path, text: str) -> dict[str, dict[str, Any]]:
+def read(folder, text):
     path = folder / "mine.yaml"
     path.write_text(text, encoding="utf-8")
     return read_parameter_file(path)

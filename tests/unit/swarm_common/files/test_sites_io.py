@@ -1,7 +1,5 @@
 """Reading of sites.yaml."""
 
-from pathlib import Path
-
 import pytest
 
 from swarm_common.files.sites_io import load_sites
@@ -19,7 +17,7 @@ spawn: {x_min: 0, y_min: 1, x_max: 2, y_max: 3, pitch: 0.8}
 """
 
 
-def load(folder: Path, text: str) -> object:
+def load(folder, text):
     path = folder / "sites.yaml"
     path.write_text(text)
     return load_sites(path)

@@ -1,7 +1,5 @@
 """Reading of zones and filter masks, against masks whose meaning was worked out by hand."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -9,20 +7,20 @@ from swarm_common.files.sites_io import load_sites
 from swarm_common.files.zones_io import copy_masks
 from swarm_common.model.errors import ConfigError, SwarmError
 from swarm_common.model.grid import KEEPOUT, Grid
-from swarm_common.model.zones import NO_ZONES, KeepoutZone, SpeedZone, Zones, geometry_of
+from swarm_common.model.zones import NO_ZONES, KeepoutZone, SpeedZone, geometry_of
 
 SQUARE = "[[0, 0], [1, 0], [1, 1], [0, 1]]"
 GREYS = (255, 254, 230, 204, 128, 100, 26, 0)  # of a mask, from left to right
 MAP = Grid(np.zeros((3, 12), np.int8), 0.5, 0.0, 0.0)
 
 
-def zones_of(folder: Path, text: str, rest: str = "") -> Zones:
+def zones_of(folder, text, rest=""):
     path = folder / "sites.yaml"
     path.write_text(f"{rest}\nzones: {text}\n")
     return load_sites(path).zones
 
 
-def write_mask(folder: Path, name: str, *lines: str, greys: tuple[int, ...] = GREYS) -> None:
+def write_mask(folder, name, *lines, greys=GREYS):
     """Write a mask of one row, half a metre a pixel, from (1, 0.5) on."""
     (folder / f"{name}.pgm").write_bytes(f"P5 {len(greys)} 1 255\n".encode() + bytes(greys))
     usual = {
@@ -33,8 +31,7 @@ def write_mask(folder: Path, name: str, *lines: str, greys: tuple[int, ...] = GR
     (folder / f"{name}.yaml").write_text("".join(f"{k}: {v}\n" for k, v in usual.items()))
 
 
-def limits(zones: Zones, max_speed: float = 0.5) -> list[float]:
-    """Return the limits of the cells of MAP in the row that the mask lies on."""
+def limits(zones, max_speed=0.5):
     return zones.limits(geometry_of(MAP), max_speed)[1].round(3).tolist()
 
 
@@ -122,7 +119,6 @@ def test_greys_of_a_keepout_mask_cost_more_but_are_open(tmp_path):
     write_mask(tmp_path, "keep")
     zones = zones_of(tmp_path, "{keepout_mask: keep.yaml}")
     marked = zones.mark(MAP)
-    assert marked.keepout is not None
     assert marked.keepout[1].tolist() == [0, 0, 0, 0, 10, 20, 50, 61, 90, 100, 0, 0]
     assert zones.keepout_at(4.6, 0.7) == "a keepout zone of the keepout mask"
     assert not zones.keepout_at(4.4, 0.7)

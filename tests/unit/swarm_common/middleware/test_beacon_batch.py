@@ -16,7 +16,7 @@ from swarm_common.model.beacon import (
 SECRET = "a secret of this swarm"
 
 
-def receptions(robots: int, share: float, seed: int = 0) -> dict[int, Reception]:
+def receptions(robots, share, seed=0):
     """Return who hears whom, with beacons that use some of their points."""
     random = np.random.default_rng(seed)
     beacons = np.zeros(robots, BEACON_DTYPE)
@@ -27,7 +27,7 @@ def receptions(robots: int, share: float, seed: int = 0) -> dict[int, Reception]
     return {n + 1: Reception(words, np.flatnonzero(heard[n])) for n in range(robots)}
 
 
-def message(robots: dict[int, Reception], reader: BatchReader | None = None) -> bytes:
+def message(robots, reader=None):
     return BatchWriter(SECRET, "run", "host").encode(3, 400, robots)
 
 

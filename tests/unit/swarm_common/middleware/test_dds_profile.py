@@ -18,11 +18,11 @@ from swarm_common.process.compiled_code import DECIDING, edition
 SPACE = {"d": dds_profile.NAMESPACE}
 
 
-def profile(own: str, peers: list[dds_profile.Peers]) -> ElementTree.Element:
+def profile(own, peers):
     return ElementTree.fromstring(dds_profile.profile(own, peers, 3))
 
 
-def texts(root: ElementTree.Element, path: str) -> list[str]:
+def texts(root, path):
     return [str(node.text) for node in root.iterfind(f".//d:{path}", SPACE)]
 
 

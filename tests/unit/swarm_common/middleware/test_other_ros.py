@@ -23,8 +23,7 @@ COMMANDS = (
 )
 
 
-def sourced(folder: Path, *parts: str) -> Path:
-    """Return the Python packages of a ROS 2 whose rclpy cannot be imported here."""
+def sourced(folder, *parts):
     packages = folder.joinpath(*parts)
     (packages / "rclpy").mkdir(parents=True)
     (packages / "rclpy" / "__init__.py").write_text("raise ImportError('for another Python')")
@@ -34,10 +33,7 @@ def sourced(folder: Path, *parts: str) -> Path:
 
 @pytest.mark.parametrize(
     "parts",
-    [
-        ("lib", "python3.10", "site-packages"),
-        ("local", "lib", "python3.10", "dist-packages"),
-    ],
+    [("lib", "python3.10", "site-packages"), ("local", "lib", "python3.10", "dist-packages")],
 )
 def test_packages_for_another_python_are_unusable(tmp_path, parts):
     folder = f"{sourced(tmp_path, *parts)}"

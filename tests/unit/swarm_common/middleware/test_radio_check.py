@@ -18,7 +18,6 @@ from swarm_common.model.beacon import (
     FLAG_LEFT,
     MOST_ID,
     SIGHTED_ASKS,
-    BeaconArray,
     empty_beacons,
     serialize_beacon,
     serialize_neighbors,
@@ -30,7 +29,7 @@ NOW = 1234
 OWN_ID = 3
 
 
-def beacons(count: int, tick: int = NOW) -> BeaconArray:
+def beacons(count, tick=NOW):
     batch = empty_beacons(count)
     batch["id"] = 10 + np.arange(count)
     batch["sec"], batch["nanosec"] = stamp_from_tick(tick)
@@ -40,7 +39,7 @@ def beacons(count: int, tick: int = NOW) -> BeaconArray:
     return batch
 
 
-def scan_message() -> bytes:
+def scan_message():
     ranges = np.array([1.0, np.inf, np.nan], np.float32)
     return cdr.ScanWriter("base_scan", 0.2).encode(Scan(NOW, 0.0, 0.1, 0.12, 3.5, ranges))
 
@@ -64,7 +63,7 @@ READERS: dict[str, Callable[[bytes], object]] = {
 each_door = pytest.mark.parametrize("name", sorted(MESSAGES))
 
 
-def check_sense(name: str, value: object) -> None:
+def check_sense(name, value):
     """Whatever a door lets in can be used without another look."""
     if name == "neighbors":
         assert isinstance(value, tuple)
@@ -100,7 +99,7 @@ def check_sense(name: str, value: object) -> None:
             assert all(abs(number) < 2**31 for number in numbers)
 
 
-def try_door(name: str, data: bytes) -> None:
+def try_door(name, data):
     try:
         value = READERS[name](data)
     except RejectedError:
@@ -142,7 +141,7 @@ def test_a_beacon_with_more_words_than_a_beacon_has_is_rejected():
             READERS["beacon"](MESSAGES["beacon"] + bytes(more))
 
 
-def big_endian(name: str) -> bytes:
+def big_endian(name):
     """Return the same message in the other byte order, which CDR allows as well."""
     data = MESSAGES[name]
     if name in ("beacon", "neighbors"):

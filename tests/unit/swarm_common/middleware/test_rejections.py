@@ -3,11 +3,11 @@
 import os
 
 from swarm_common.middleware.rejections import REASON_LENGTH, SOURCES_PER_KIND, Rejections
-from swarm_common.process.messages import EVENTS, Event, InputsRejected
+from swarm_common.process.messages import EVENTS, InputsRejected
 from swarm_common.process.pipes import EventWriter, MessageReader
 
 
-def _pipe() -> tuple[MessageReader[Event], EventWriter]:
+def _pipe():
     reading, writing = os.pipe()
     return MessageReader(reading, EVENTS), EventWriter(writing)
 

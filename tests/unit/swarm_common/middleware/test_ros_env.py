@@ -10,6 +10,7 @@ import pytest
 
 from swarm_common.middleware import dds_profile, ros_env
 from swarm_common.model.errors import ConfigError
+from tests.fakes.programs import run_program
 
 ROOT = Path(__file__).resolve().parents[4]
 LOCATORS = ".//{http://www.eprosima.com}initialPeersList//{http://www.eprosima.com}udpv4"
@@ -17,7 +18,7 @@ PORTS = f"{LOCATORS}/{{http://www.eprosima.com}}port"
 
 
 @pytest.fixture(autouse=True)
-def _no_variables(monkeypatch: pytest.MonkeyPatch) -> None:
+def _no_variables(monkeypatch):
     for name in (*ros_env.VARIABLES, "FASTDDS_DEFAULT_PROFILES_FILE", "ROS_DISCOVERY_SERVER"):
         monkeypatch.setenv(name, "")  # so that what a test sets is taken back
         monkeypatch.delenv(name)
@@ -69,10 +70,7 @@ def test_a_loopback_interface_that_is_down_is_named(tmp_path):
     alone = ("unshare", "--map-root-user", "--net")
     if subprocess.run((*alone, "true"), capture_output=True, check=False).returncode:
         pytest.skip("no network namespace can be made here")
-    done = subprocess.run(
-        (*alone, sys.executable, "-c", code),
-        env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    done = run_program((*alone, sys.executable, "-c", code))
     assert "sudo ip link set lo up" in done.stdout, done.stderr
 
 
@@ -91,11 +89,7 @@ def test_a_profile_in_the_current_folder_is_ignored(tmp_path):
         "import psutil, rclpy; rclpy.init(); node = rclpy.create_node('alone')\n"
         "print({each.laddr.ip for each in psutil.Process().net_connections('udp4')})"
     )
-    done = subprocess.run(
-        (sys.executable, "-c", code),
-        env=os.environ | {"ROS_DOMAIN_ID": "228", "PYTHONPATH": str(ROOT)},
-        cwd=tmp_path, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    done = run_program((sys.executable, "-c", code), {"ROS_DOMAIN_ID": "228"}, cwd=tmp_path)
     assert done.stdout == "{'127.0.0.1'}\n", done.stderr
 
 

@@ -2,20 +2,19 @@
 
 import fcntl
 import os
-from pathlib import Path
 
 from swarm_common.middleware.ros_env import remove_abandoned
 
 LONG_AGO = (1_000.0, 1_000.0)
 
 
-def put(folder: Path, *names: str) -> None:
+def put(folder, *names):
     for name in names:
         (folder / name).touch()
         os.utime(folder / name, LONG_AGO)
 
 
-def names(folder: Path) -> set[str]:
+def names(folder):
     return {path.name for path in folder.iterdir()}
 
 

@@ -10,12 +10,15 @@ from swarm_describe.robots.loading import load_robot
 from swarm_describe.robots.source import robot_names
 
 
-def test_nothing_said_is_ideal_and_what_is_said_replaces_the_base():
+def test_nothing_said_is_ideal_and_no_navigator_learns_of_errors():
     assert updated(IDEAL, {}, "x") == IDEAL
     base = updated(IDEAL, {"lidar": {"dropout": 0.1}, "imu": {"gyro_bias": 1}}, "x")
     changed = updated(base, {"lidar": {"sigma_share": 0.02}}, "x")
     assert (changed.lidar.dropout, changed.lidar.sigma_share) == (0.1, 0.02)
     assert changed.imu.gyro_bias == 1.0
+    spec = load_robot("turtlebot3_waffle")
+    assert not any("sensors" in key for key in robot_parameters(spec))
+    assert robot_from_parameters(robot_parameters(spec)).sensors == IDEAL
 
 
 @pytest.mark.parametrize(
@@ -41,12 +44,6 @@ def test_every_robot_of_ours_says_how_its_sensors_err(name):
     assert spec.sensors != IDEAL
     assert spec.sensors.lidar.sigma_share > 0.0
     assert spec.sensors.imu.gyro_bias > 0.0
-
-
-def test_a_navigator_does_not_learn_how_its_sensors_err():
-    spec = load_robot("turtlebot3_waffle")
-    assert not any("sensors" in key for key in robot_parameters(spec))
-    assert robot_from_parameters(robot_parameters(spec)).sensors == IDEAL
 
 
 def test_the_world_section_of_a_parameter_file_overrides_all_robots():

@@ -10,7 +10,7 @@ from swarm_common.process.compile_watch import watched
 
 
 @pytest.fixture
-def kernels(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+def kernels(monkeypatch):
     """A package with three kernels that are not compiled yet."""
     module = ModuleType("fresh_kernels")
     module.first = numba.njit(lambda x: x + 1)

@@ -71,7 +71,7 @@ def test_the_home_folder_of_somebody_else_is_not_ours(tmp_path, monkeypatch):
 
 
 def test_without_any_folder_it_is_said_what_to_do(temporary, monkeypatch):
-    def none() -> str:
+    def none():
         raise FileNotFoundError(2, "No usable temporary directory found in ['/tmp']")
 
     (temporary.parent / "home" / ".ros").touch()

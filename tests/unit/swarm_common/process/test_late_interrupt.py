@@ -36,7 +36,7 @@ def test_ctrl_c_comes_at_the_end():
     steps = []
 
     @late_interrupt()
-    def work() -> None:
+    def work():
         signal.raise_signal(signal.SIGINT)
         steps.append(1)
 
@@ -49,7 +49,7 @@ def test_ctrl_c_comes_at_the_end():
 def test_another_thread_changes_nothing():
     seen = []
 
-    def look() -> None:
+    def look():
         with late_interrupt():
             seen.append(signal.getsignal(signal.SIGINT))
 

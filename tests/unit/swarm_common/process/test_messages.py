@@ -3,7 +3,6 @@
 import os
 import typing
 
-import msgspec
 import pytest
 
 from swarm_common.process import messages as say
@@ -21,8 +20,7 @@ COMMANDS = (
 )
 
 
-def kinds_of(base: type[msgspec.Struct]) -> set[type[msgspec.Struct]]:
-    """Return the classes under `base` that are messages, not groups of them."""
+def kinds_of(base):
     known = set()
     for kind in base.__subclasses__():
         below = kinds_of(kind)

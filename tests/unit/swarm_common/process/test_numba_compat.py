@@ -1,13 +1,13 @@
 """Compiled kernels on disk: what an update or a full disk leaves there ends no process."""
 
 import os
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 from swarm_common.process import numba_compat
+from tests.fakes.programs import run_program
 
 ROOT = Path(__file__).parents[4]
 KERNEL = """
@@ -27,19 +27,15 @@ print(double({name}(2.0)), sum(double.stats.cache_hits.values()))
 
 
 @pytest.fixture
-def run(tmp_path: Path):
+def run(tmp_path):
     """Return what runs a module in `tmp_path` with a class of some name."""
 
-    def run_module(name: str) -> str:
+    def run_module(name):
         (tmp_path / "kernel.py").write_text(KERNEL.format(name=name), encoding="utf-8")
-        done = subprocess.run(
+        done = run_program(
             (sys.executable, "-c", "import kernel"),
+            {"PYTHONPATH": f"{tmp_path}:{ROOT}", "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
             cwd=tmp_path,
-            env=os.environ
-            | {"PYTHONPATH": f"{tmp_path}:{ROOT}", "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
-            capture_output=True,
-            text=True,
-            check=False,
         )
         assert done.returncode == 0, done.stderr
         return done.stdout.strip()
@@ -82,7 +78,7 @@ def test_another_checkout_finds_its_kernels_and_what_they_call_counts(tmp_path):
     modules = ("process/numba_compat", "process/home", "process/private_parts", "model/errors")
     packages = ("__init__", "process/__init__", "model/__init__")
 
-    def say(checkout: str, value: int) -> str:
+    def say(checkout, value):
         folder = tmp_path / checkout
         texts = {"swarm_a/__init__": "", "swarm_a/caller": caller}
         texts |= {"swarm_a/callee": callee.format(value)}
@@ -94,10 +90,12 @@ def test_another_checkout_finds_its_kernels_and_what_they_call_counts(tmp_path):
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_text(text, encoding="utf-8")
         program = "from swarm_a.caller import two; print(two(), sum(two.stats.cache_hits.values()))"
-        return subprocess.run(
-            (sys.executable, "-c", program), cwd=folder, capture_output=True, text=True, check=True,
-            env=os.environ | {"PYTHONPATH": "", "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
-        ).stdout.strip()  # fmt: skip
+        return run_program(
+            (sys.executable, "-c", program),
+            {"PYTHONPATH": "", "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
+            cwd=folder,
+            check=True,
+        ).stdout.strip()
 
     assert say("one", 3) == "6 0"
     assert say("other", 3) == "6 1"

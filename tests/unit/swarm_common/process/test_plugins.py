@@ -4,7 +4,6 @@ import signal
 import sys
 import time
 from importlib.metadata import EntryPoint
-from pathlib import Path
 
 import pytest
 
@@ -15,12 +14,12 @@ from swarm_common.process.plugins import Guard, PluginError, PluginFault, load_p
 BUILT_IN = {"usual": "collections:OrderedDict"}
 
 
-def load(name: str) -> object:
+def load(name):
     return load_plugin("controllers", name, BUILT_IN, "controller.plugin")
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "path", [*sys.path])
     monkeypatch.chdir(tmp_path)
     return tmp_path
@@ -34,7 +33,7 @@ def test_a_module_of_the_working_directory_is_found(folder):
 
 
 def test_an_entry_point_is_found_by_its_name(monkeypatch):
-    def points(group: str) -> list[EntryPoint]:
+    def points(group):
         return [EntryPoint("counting", "collections:Counter", group)] * (
             group == "swarm_workbench.controllers"
         )
@@ -63,17 +62,17 @@ def test_one_that_is_missing_is_told(folder, name, source, message):
 
 
 class Part:
-    def __init__(self, start: float = 0.0) -> None:
+    def __init__(self, start=0.0):
         time.sleep(start)
         self.calls = 0
 
-    def fine(self, number: int) -> int:
+    def fine(self, number):
         return number + 1
 
-    def wrong(self) -> None:
+    def wrong(self):
         raise KeyError("x")
 
-    def endless(self) -> None:
+    def endless(self):
         self.calls += 1
         while True:
             try:
@@ -83,7 +82,7 @@ class Part:
 
 
 @pytest.fixture(autouse=True)
-def _afresh(monkeypatch: pytest.MonkeyPatch) -> None:
+def _afresh(monkeypatch):
     monkeypatch.setattr(plugins, "_printed", set())
     monkeypatch.setattr(plugins, "MOST_TIME", 0.05)
     monkeypatch.setattr(plugins, "MOST_START_TIME", 0.2)

@@ -38,7 +38,7 @@ def test_kernels_run_without_scipy_and_scipy_can_be_imported_after():
 
 
 def test_the_collector_is_off_within_and_on_again_after_a_failure():
-    def fail() -> None:
+    def fail():
         with without_collector():
             assert not gc.isenabled()
             raise KeyError

@@ -1,13 +1,11 @@
 """A command says the truth where its output leads nowhere: full, closed, not read any more."""
 
-import os
-import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-FOLDER = Path(__file__).resolve().parents[4]
+from tests.fakes.programs import run_program
+
 MAIN = "import sys; from swarm_commander.cli import main; main.{}()"
 COMMANDS = {
     "ros2": ("-m", "swarm_ros2", "interface", "show", "std_msgs/msg/Header"),
@@ -18,13 +16,11 @@ COMMANDS = {
 }
 
 
-def ended(name: str, redirection: str, *more: str, unbuffered: str = "") -> tuple[int, str]:
-    """Return exit code and stderr of a command with its streams redirected by a shell."""
-    done = subprocess.run(
+def ended(name, redirection, *more, unbuffered=""):
+    done = run_program(
         ["bash", "-c", f'"$@" {redirection}', "bash", sys.executable, *COMMANDS[name], *more],
-        env=os.environ | {"PYTHONPATH": str(FOLDER), "PYTHONUNBUFFERED": unbuffered},
-        capture_output=True, text=True, check=False, timeout=60,
-    )  # fmt: skip
+        {"PYTHONUNBUFFERED": unbuffered},
+    )
     return done.returncode, done.stderr
 
 

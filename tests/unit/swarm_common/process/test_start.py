@@ -1,10 +1,11 @@
 import os
 import py_compile
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from tests.fakes.programs import run_program
 
 HEADER = 16  # bytes in front of the code of a .pyc
 
@@ -38,20 +39,15 @@ def test_a_module_that_is_wrong_itself_says_so(tmp_path):
     assert "SyntaxError" in _imported(tmp_path)
 
 
-def _compiled(folder: Path) -> Path:
+def _compiled(folder):
     source = folder / "module_of_forty_two.py"
     source.write_text("VALUE = 42\n\n\ndef value():\n    return VALUE + len(__name__)\n")
     return Path(str(py_compile.compile(str(source), doraise=True)))
 
 
-def _imported(
-    folder: Path, guard: str = "from swarm_common.process.start import prepare; prepare()"
-) -> str:
-    """Return what a process prints that imports the module, or its error."""
-    done = subprocess.run(
+def _imported(folder, guard="from swarm_common.process.start import prepare; prepare()"):
+    done = run_program(
         [sys.executable, "-c", f"{guard}\nimport module_of_forty_two as m\nprint(m.VALUE)"],
-        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(folder), *sys.path])},
-        capture_output=True,
-        text=True,
+        {"PYTHONPATH": os.pathsep.join([str(folder), *sys.path])},
     )
     return done.stdout.strip() or done.stderr

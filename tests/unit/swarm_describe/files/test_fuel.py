@@ -1,7 +1,5 @@
 """Models and worlds in the cache of Gazebo Fuel: the version that is named, or the newest."""
 
-from pathlib import Path
-
 import pytest
 
 from swarm_common.model.errors import ConfigError
@@ -14,7 +12,7 @@ OWN = "fuel.example.com"
 
 
 @pytest.fixture(name="home")
-def home_fixture(tmp_path: Path) -> Path:
+def home_fixture(tmp_path):
     for cache, server, name, versions in (
         (".gz/fuel", GZ, "acme/models/rack", ("2", "9", "10", "tmp")),
         (".ignition/fuel", IGN, "acme/models/rack", ("3",)),

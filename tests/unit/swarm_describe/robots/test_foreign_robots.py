@@ -1,7 +1,6 @@
 """Drive, wheels, limits and LiDAR of robots after the habits of public descriptions."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -47,11 +46,11 @@ from tests.fakes.own_robots import (
 JOINTS = "<left_joint>left_wheel_joint</left_joint><right_joint>right_wheel_joint</right_joint>{}"
 
 
-def plugin(file: str, inside: str = "", name: str = "drive") -> str:
+def plugin(file, inside="", name="drive"):
     return f'<gazebo><plugin filename="{file}" name="{name}">{inside}</plugin></gazebo>'
 
 
-def notes_of(own: Own, folder: Path) -> str:
+def notes_of(own, folder):
     return "\n".join(open_robot(own.write(folder)).model.notes)
 
 
@@ -143,17 +142,11 @@ def test_a_plugin_is_what_its_file_or_class_says(file, name, drive, tmp_path):
     assert spec.drive == drive
 
 
-def test_the_tyre_counts_and_not_the_hub(tmp_path):
+def test_the_tyre_counts_for_radius_and_separation(tmp_path):
     assert load_robot(hub_first().write(tmp_path)).wheel_radius == 0.08
-
-
-def test_the_separation_is_that_of_the_tyres(tmp_path):
     spec = load_robot(inboard_tyres().write(tmp_path))
     assert spec.wheel_separation == pytest.approx(0.358)
-
-
-def test_wheels_that_rounding_moved_have_one_axle(tmp_path):
-    """A base of 1e-13 m was refused by the name of a key that the file does not have."""
+    # A base of 1e-13 m was refused by the name of a key that the file does not have.
     tyre = solid(cylinder(0.08, 0.04))
     wheels = [
         made_wheel(side, (x, y, 0.08), tyre)
@@ -162,7 +155,7 @@ def test_wheels_that_rounding_moved_have_one_axle(tmp_path):
     assert load_robot(two_wheels(*wheels).write(tmp_path)).wheel_base == 0.0
 
 
-def test_a_plugin_that_denies_the_shapes_is_told(tmp_path):
+def test_a_plugin_is_told_if_it_denies_the_shapes_and_counts_without(tmp_path):
     lengths = "<wheel_separation>0.4</wheel_separation><wheel_diameter>0.13</wheel_diameter>"
     own = two_wheels(*pair(), plugin("libgazebo_ros_diff_drive.so", JOINTS.format(lengths)))
     spec = load_robot(own.write(tmp_path))
@@ -172,9 +165,6 @@ def test_a_plugin_that_denies_the_shapes_is_told(tmp_path):
     assert "states wheel_separation 0.4 m" in notes
     stated = Own(own.urdf, LIMITS + "wheel_radius: 0.065\nwheel_separation: 0.4\n")
     assert "states wheel" not in notes_of(stated, tmp_path)
-
-
-def test_without_shapes_the_plugin_has_the_radius(tmp_path):
     bare = [
         link(f"{side}_wheel", mass=inertial(0.3, 4e-4))
         + joint(f"{side}_wheel_joint", "base_link", f"{side}_wheel", (0, y, 0.07),
@@ -186,12 +176,20 @@ def test_without_shapes_the_plugin_has_the_radius(tmp_path):
     assert load_robot(own.write(tmp_path)).wheel_radius == 0.07
 
 
-def test_controllers_say_drive_and_limits(tmp_path):
+def test_controllers_say_drive_and_limits_and_multipliers_count(tmp_path):
     spec = load_robot(mecanum_by_controller().write(tmp_path / "a"))
     assert (spec.drive, len(spec.wheels_left)) == ("omni", 2)
     spec = load_robot(limits_by_controller().write(tmp_path / "b"))
     assert (spec.drive, spec.max_vel_x, spec.max_vel_theta) == ("differential", 0.6, 1.7)
     assert (spec.acc_lim_x, spec.acc_lim_theta) == (1.1, 2.2)
+    text = DIFFERENTIAL.replace(
+        "      wheel_radius: 0.05\n",
+        "      wheel_radius: 0.04\n      left_wheel_radius_multiplier: 1.25\n"
+        "      wheel_separation_multiplier: 2.0\n",
+    )
+    own = two_wheels(*pair(), CONTROL.format("c.yaml"), **{"c.yaml": text})
+    assert "states wheel_separation 0.6 m" in notes_of(own, tmp_path)
+    assert "wheel_radius" not in notes_of(own, tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -208,17 +206,6 @@ def test_a_limit_that_is_switched_off_or_a_placeholder_is_asked_for(old, new, mi
                      **{"c.yaml": DIFFERENTIAL.replace(old, new)})  # fmt: skip
     with pytest.raises(RobotModelError, match=f"does not tell {missing}"):
         load_robot(own.write(tmp_path))
-
-
-def test_multipliers_count(tmp_path):
-    text = DIFFERENTIAL.replace(
-        "      wheel_radius: 0.05\n",
-        "      wheel_radius: 0.04\n      left_wheel_radius_multiplier: 1.25\n"
-        "      wheel_separation_multiplier: 2.0\n",
-    )
-    own = two_wheels(*pair(), CONTROL.format("c.yaml"), **{"c.yaml": text})
-    assert "states wheel_separation 0.6 m" in notes_of(own, tmp_path)
-    assert "wheel_radius" not in notes_of(own, tmp_path)
 
 
 def test_a_controller_file_that_is_not_there_is_told_and_robot_yaml_names_one(tmp_path):
@@ -258,11 +245,8 @@ def test_a_placeholder_is_not_believed_and_a_limit_is_and_says_where_it_is_from(
     assert note in notes_of(own, tmp_path)
 
 
-def test_the_lidar_that_looks_ahead_wins(tmp_path):
+def test_the_lidar_that_looks_ahead_wins_though_it_is_weaker(tmp_path):
     assert load_robot(rear_first().write(tmp_path)).lidar.frame == "front"
-
-
-def test_a_stronger_one_that_looks_back_only_does_not_win(tmp_path):
     back = lidar("back", (-0.19, 0, 0.17), "0 0 3.14159", rays=900, far=30.0, first=-1, last=1)
     own = two_wheels(*pair(), back)
     assert load_robot(own.write(tmp_path)).lidar.frame == "laser"

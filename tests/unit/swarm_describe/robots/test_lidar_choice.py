@@ -11,7 +11,7 @@ from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, Twist
 from swarm_common.model.sites import Sites
 from swarm_describe.robots.description import parse_urdf
-from swarm_describe.robots.loading import Robot, open_robot
+from swarm_describe.robots.loading import open_robot
 from swarm_describe.worlds.scene import Scene
 from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.config import NavConfig
@@ -37,11 +37,11 @@ FINDER = lidar("range", (0.2, 0.0, 0.1), rays=5, far=4.0, first=-0.1, last=0.1)
 CLOUD = lidar("velodyne", (0.0, 0.0, 0.5), rays=1800, far=100.0, layers=16)
 
 
-def made_of(*sensors: str, settings: str = LIMITS) -> Own:
+def made_of(*sensors, settings=LIMITS):
     return Own(robot("own", [CHASSIS, *pair(), caster("caster", -0.15), *sensors]), settings)
 
 
-def opened(folder: Path, *sensors: str, settings: str = LIMITS) -> Robot:
+def opened(folder, *sensors, settings=LIMITS):
     return open_robot(made_of(*sensors, settings=settings).write(folder))
 
 
@@ -69,10 +69,14 @@ def test_more_rays_times_range_win_then_level_then_high(tmp_path):
     assert chosen.spec.lidar.z == pytest.approx(0.2)
 
 
-def test_none_that_will_do_is_refused_with_all_of_them(tmp_path):
+def test_no_lidar_or_one_on_the_ground_is_refused_with_the_cure(tmp_path):
     with pytest.raises(RobotModelError) as caught:
         opened(tmp_path, CLIFF, FINDER)
     assert "cliff (1 rays within 0 degrees), range (5 rays" in str(caught.value)
+    low = lidar(xyz=(0.1, 0.0, 0.0))
+    with pytest.raises(RobotModelError, match=r"lidar\.z is 0.0; expected .m. of the scan plane"):
+        opened(tmp_path, low)
+    assert opened(tmp_path, low, settings=LIMITS + "lidar: {z: 0.2}\n").spec.lidar.z == 0.2
 
 
 @pytest.mark.parametrize("rpy", ["0.8 0 0", "0 1.2 0"])
@@ -82,15 +86,6 @@ def test_the_cure_that_a_tilted_one_is_told_cures_it(rpy, tmp_path):
     cure = "lidar: {x: 0.1, y: 0.0, z: 0.25, yaw: 0.5}\n"
     spec = opened(tmp_path, lidar(rpy=rpy), settings=LIMITS + cure).spec
     assert (spec.lidar.z, spec.lidar.yaw, spec.lidar.rays) == (0.25, 0.5, 360)
-
-
-def test_a_lidar_on_the_ground_is_refused_and_the_cure_works(tmp_path):
-    low = lidar(xyz=(0.1, 0.0, 0.0))
-    with pytest.raises(
-        RobotModelError, match=r"lidar\.z is 0.0; expected \[m\] of the scan plane above"
-    ):
-        opened(tmp_path, low)
-    assert opened(tmp_path, low, settings=LIMITS + "lidar: {z: 0.2}\n").spec.lidar.z == 0.2
 
 
 MOUNTS = {
@@ -121,7 +116,6 @@ def test_a_scan_shows_where_things_are_however_the_lidar_hangs(
     for _ in range(3):
         world.step([Twist()], [None])
     scan = world.observe()[0].scan
-    assert scan is not None
     pose = world.ground_truth()[0][0]
     world.close()
     through_tf = points_by_tf(scan, made, pose)

@@ -19,7 +19,7 @@ LASER = "lidar: {frame: laser, rays: 90, range_max: 5.0, rate: 5.0}\n"
 
 
 @pytest.fixture
-def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, Path]:
+def packages(tmp_path, monkeypatch):
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
     urdf, xacro = write_packages(tmp_path)
@@ -90,7 +90,7 @@ def test_packages_are_found_where_ros_finds_them(packages, variable, monkeypatch
     assert load_robot(packages[1]).drive == "skid"
 
 
-def test_what_the_file_does_not_tell_is_asked_for(packages):
+def test_what_the_file_does_not_tell_is_asked_for_and_wheels_are_needed(packages):
     settings = packages[0].with_name("robot.yaml")
     settings.unlink()
     with pytest.raises(RobotModelError) as caught:
@@ -100,6 +100,10 @@ def test_what_the_file_does_not_tell_is_asked_for(packages):
     )
     packages[0].write_text(URDF.replace('type="ray"', 'type="camera"'), encoding="utf-8")
     with pytest.raises(RobotModelError, match=r"max_vel_x, max_vel_theta, lidar\.x, lidar\.y"):
+        load_robot(packages[0])
+    text = URDF.replace("diff_drive", "nothing").replace('type="continuous"', 'type="fixed"')
+    packages[0].write_text(text, encoding="utf-8")
+    with pytest.raises(RobotModelError, match="no wheels to drive on: 0 on the left"):
         load_robot(packages[0])
 
 
@@ -130,15 +134,11 @@ def test_such_robots_drive(packages, engine):
         ('<parent link="${namespace}caster"/>', '<parent link="wheel"/>', "names no link: 'wheel'"),
         ('<child link="${namespace}caster"/>', '<child link="left_wheel"/>', "on two joints"),
         ('mass value="4.0"', 'mass value="0.0"', "link base_link: its mass is 0 kg"),
-        ('mass value="4.0"', 'mass value="nan"', "is 'nan'; expected finite numbers"),
         ('xyz="0.05 0.15 -0.02"', 'xyz="0.05 nan -0.02"', "joint left_wheel_joint: <origin> xyz"),
-        ('radius="0.05"', 'radius="-0.05"', "must be positive"),
         ('scale="0.001 0.001 0.001"', 'scale="0 1 1"', "must not be 0"),
-        ("body.stl", "none.stl", "link base_link: its collision mesh: there is no file"),
         ("acme_description/m", "nowhere/m", "package 'nowhere' is not in"),
         ("<left_joint>left_wheel_joint", "<left_joint>wheel", "the wheel 'wheel' is no turning"),
         ('rpy="0 0 1.5707963"', 'rpy="2.1415927 0 0"', "is tilted by 57 degrees"),
-        ('type="fixed"', 'type="bolted"', "type 'bolted'"),
         ("<update_rate>10", "<update_rate>often", "<update_rate> is 'often'"),
     ],
 )
@@ -149,13 +149,6 @@ def test_nonsense_is_refused(packages, old, new, message):
         load_robot(packages[0])
     assert message in str(caught.value)
     assert str(packages[0]) in str(caught.value)
-
-
-def test_a_robot_without_wheels_is_refused(packages):
-    text = URDF.replace("diff_drive", "nothing").replace('type="continuous"', 'type="fixed"')
-    packages[0].write_text(text, encoding="utf-8")
-    with pytest.raises(RobotModelError, match="no wheels to drive on: 0 on the left"):
-        load_robot(packages[0])
 
 
 def test_an_undefined_property_is_refused_with_file_and_line(packages):

@@ -1,7 +1,5 @@
 """Descriptions as others write them: read right, or refused with everything that is wrong."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -29,7 +27,7 @@ from tests.fakes.own_robots import (
 )  # fmt: skip
 
 
-def load_error(own: Own, folder: Path) -> str:
+def load_error(own, folder):
     with pytest.raises(RobotModelError) as caught:
         load_robot(own.write(folder))
     return str(caught.value)
@@ -78,21 +76,15 @@ def test_cars_are_refused_by_name(own, reason, tmp_path):
     assert "cannot turn on the spot" in message
 
 
-def test_a_car_is_known_by_its_controller(tmp_path):
+def test_who_drives_a_car_is_known_and_believed(tmp_path):
     kind = "ackermann_steering_controller/AckermannSteeringController"
     (tmp_path / "control.yaml").write_text(f"controller_manager:\n  drive: {{type: {kind}}}\n")
     message = load_error(car(CONTROL.format(tmp_path / "control.yaml"), ends=()), tmp_path)
     assert f"controller {kind}" in message
-
-
-def test_who_says_what_drives_a_car_is_believed(tmp_path):
     cure = "drive: differential\nwheels: {left: [rear_left_wheel_joint], "
     cure += "right: [rear_right_wheel_joint]}\n"
     spec = load_robot(Own(car().urdf, LIMITS + cure).write(tmp_path))
     assert (spec.drive, spec.wheels_left) == ("differential", ("rear_left_wheel_joint",))
-
-
-def test_casters_that_swivel_are_no_steering(tmp_path):
     spec = load_robot(on_swivels().write(tmp_path))
     assert (spec.drive, spec.wheels_left) == ("differential", ("left_wheel_joint",))
 
@@ -161,15 +153,12 @@ def test_all_that_keeps_a_robot_from_loading_is_told_at_once(tmp_path):
     assert len(caught.value.faults) == 6
 
 
-def test_every_fault_of_the_tree_is_told_at_once(tmp_path):
+def test_all_faults_are_told_at_once(tmp_path):
     text = robot("broken", [CHASSIS, *pair(), lidar()])
     text = text.replace('type="continuous"', 'type="screw"').replace('radius="0.05"', 'radius="x"')
     message = load_error(Own(text), tmp_path)
     assert message.count("is of type 'screw'") == 2
     assert message.count("<cylinder> radius is 'x'") == 2
-
-
-def test_missing_limits_and_a_missing_lidar_are_told_together(tmp_path):
     message = load_error(Own(robot("bare", [CHASSIS, *pair()]), "model: bare\n"), tmp_path)
     assert "does not tell max_vel_x, max_vel_theta, acc_lim_x, acc_lim_theta, lidar.x" in message
 

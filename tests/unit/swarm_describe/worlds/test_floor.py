@@ -27,14 +27,13 @@ BOX = (
 WALLS = BOX.format("east", "4 0 0.5", "0.2 8 1.2") + BOX.format("west", "-4 0 0.5", "0.2 8 1.2")
 
 
-def world(folder: Path, inside: str) -> Scene:
+def world(folder, inside):
     path = folder / "slabs.world"
     path.write_text(f"<sdf version='1.6'><world name='w'>{inside}</world></sdf>")
     return load_world(path)
 
 
-def tiles(height: float) -> str:
-    """Return a floor of 64 tiles."""
+def tiles(height):
     return "".join(
         BOX.format(f"tile_{i}_{j}", f"{i - 3.5} {j - 3.5} {height / 2}", f"1 1 {height}")
         for i in range(8)
@@ -85,29 +84,23 @@ def test_a_mesh_may_have_floor_and_walls_in_one(height):
     assert list(differences(scene, [0.132], (0.005, 0.141), with_physics=True)) == []
 
 
-def test_a_slab_that_is_no_floor_is_named(tmp_path):
+def test_what_is_no_floor_is_named_and_nothing_moved(tmp_path):
     stage = BOX.format("stage", "0 0 0.1", "5 5 0.2")  # most of the start, little of the world
     far = BOX.format("north", "0 15 0.5", "30 0.2 1") + BOX.format("south", "0 -15 0.5", "30 0.2 1")
     (tmp_path / "sites.yaml").write_text("spawn: {x_min: -2, y_min: -2, x_max: 2, y_max: 2}")
     scene = world(tmp_path, stage + far)
     with pytest.raises(WorldError, match=r"room for 0 robots.*in the way: 'stage::l' \(\d+ of"):
         spawn_poses(scene, WAFFLE, 5)
-
-
-def test_a_tilted_or_high_plate_is_no_floor(tmp_path):
     plate = BOX.format("table", "0 0 0.5", "9 9 0.05")
     assert not world(tmp_path, plate).notes
     ramp = plate.replace("0 0 0.5 0 0 0", "0 0 0.1 0 0.05 0")
     assert not world(tmp_path, ramp).notes
+    body = Body("b::l", np.eye(4), (Part(Box((1.0, 1.0, 1.0)), np.eye(4)),))
+    scene = Scene("s", Path("s.sdf"), (body,))
+    assert on_floor(scene) is scene
 
 
 @pytest.mark.parametrize("name", world_names())
 def test_worlds_that_ship_stand_on_the_ground(name):
     scene = load_world(name)
     assert not any("lowered" in note for note in scene.notes)
-
-
-def test_a_box_is_not_moved_without_a_floor():
-    body = Body("b::l", np.eye(4), (Part(Box((1.0, 1.0, 1.0)), np.eye(4)),))
-    scene = Scene("s", Path("s.sdf"), (body,))
-    assert on_floor(scene) is scene

@@ -2,7 +2,6 @@
 
 import math
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,11 +11,10 @@ from swarm_common.model.errors import WorldError
 from swarm_common.model.grid import OCCUPIED
 from swarm_common.model.shapes import Hull, Mesh, MeshFile
 from swarm_describe.worlds.reader import load_world
-from swarm_describe.worlds.scene import Body, Scene
 from swarm_sim.maps.draw_map import draw_world
 from swarm_sim.scene.section import section_between
+from tests.fakes.gazebo_package import write_package
 from tests.fakes.scenes import read_bodies, section_at
-from tests.unit.swarm_sim.gazebo_package import write_package
 
 BOX = "<collision name='c'><geometry><box><size>1 1 1</size></box></geometry></collision>"
 
@@ -24,42 +22,39 @@ MASSLESS = "<inertial><mass>0</mass></inertial>"
 
 
 @pytest.fixture(name="office")
-def office_fixture(tmp_path: Path) -> Scene:
+def office_fixture(tmp_path):
     return load_world(write_package(tmp_path))
 
 
-def body_named(scene: Scene, name: str) -> Body:
+def body_named(scene, name):
     (body,) = [body for body in scene.bodies if body.name == name]
     return body
 
 
-def place(body: Body) -> list[float]:
+def place(body):
     return [float(value) for value in body.world_from_body[:3, 3]]
 
 
-def write(folder: Path, inside: str, version: str = "1.7") -> Path:
+def write(folder, inside, version="1.7"):
     path = folder / "test.sdf"
     path.write_text(f"<sdf version='{version}'><world name='w'>{inside}</world></sdf>")
     return path
 
 
-def test_includes_and_frames(office):
+def test_includes_frames_and_states_are_read(office):
     # bay at (10, 0) turned by 90 degrees; the left table 2 m ahead and 1 m to the left of it
     left, right = (body_named(office, f"bay::{side}::top") for side in ("left", "right"))
     np.testing.assert_allclose(place(left), [9.0, 2.0, 0.75], atol=1e-9)
     np.testing.assert_allclose(place(right), [11.0, 2.0, 0.75], atol=1e-9)
     leg = body_named(office, "bay::left::leg")
     np.testing.assert_allclose(place(leg), [9.0 - 0.3, 2.0 + 0.6, 0.37], atol=1e-9)
-
-
-def test_the_state_has_the_last_word(office):
     barrier, crate = body_named(office, "barrier_0::link"), body_named(office, "crate::link")
     np.testing.assert_allclose(place(barrier), [5.0, -5.0, 0.0])
     assert barrier.world_from_body[1, 0] == pytest.approx(math.sin(0.5))
     np.testing.assert_allclose(place(crate), [3.0, 1.0, 0.25])
 
 
-def test_meshes_are_scaled_and_cut(office):
+def test_meshes_are_scaled_and_cut_as_they_are(office):
     (part,) = body_named(office, "barrier_0::link").parts
     assert isinstance(part.shape, Mesh | Hull)
     section = section_between([body_named(office, "barrier_0::link")], 0.0, 0.001)
@@ -68,24 +63,18 @@ def test_meshes_are_scaled_and_cut(office):
     across = points @ (-math.sin(0.5), math.cos(0.5))
     assert np.ptp(along) == pytest.approx(0.4, abs=0.01)  # 0.8 m, scaled by half
     assert np.ptp(across) == pytest.approx(4.0, abs=0.01)
-
-
-def test_a_concave_mesh_is_cut_as_it_is(office):
     grid = draw_world(office, 0.15)
     inside, corner = (10.0 - 1.0, 1.0), (10.0 - 0.1, 1.0)
     assert grid.cells[grid.cell_of(*inside)] != OCCUPIED
     assert grid.cells[grid.cell_of(*corner)] == OCCUPIED
 
 
-def test_dynamic_models_keep_mass_and_friction(office):
+def test_mass_friction_and_looks_are_kept(office):
     crate = body_named(office, "crate::link")
     assert (crate.is_static, crate.mass, crate.friction) == (False, 4.0, 0.4)
     assert office.loose == (crate,)
     grid = draw_world(office, 0.15)
     assert grid.cells[grid.cell_of(3.0, 1.0)] != OCCUPIED  # a map shows what stays
-
-
-def test_looks_are_kept(office):
     crate, table = body_named(office, "crate::link"), body_named(office, "bay::left::top")
     assert crate.visuals[0].color == (0.8, 0.2, 0.1, 1.0)
     assert table.visuals[0].color == pytest.approx((0.6, 0.42, 0.25, 1.0))
@@ -149,7 +138,7 @@ def test_packages_are_found_by_the_variables_of_ros(tmp_path, monkeypatch):
     assert len(read_bodies(world)) == 1
 
 
-def test_a_mesh_in_millimetres_is_refused(tmp_path):
+def test_meshes_in_millimetres_or_damaged_are_refused(tmp_path):
     trimesh.creation.box((4000, 1000, 1000)).export(tmp_path / "big.stl")
     mesh = "<mesh><uri>big.stl</uri>{}</mesh>"
     link = "<link name='l'><collision name='c'><geometry>{}</geometry></collision></link>"
@@ -159,9 +148,6 @@ def test_a_mesh_in_millimetres_is_refused(tmp_path):
     scaled = mesh.format("<scale>0.001 0.001 0.001</scale>")
     (body,) = read_bodies(write(tmp_path, text.format(scaled)))
     assert section_between([body], 0.1, 0.1).bounds() == pytest.approx((-2, -0.5, 2, 0.5), abs=0.01)
-
-
-def test_a_damaged_mesh_is_refused(tmp_path):
     (tmp_path / "bad.stl").write_bytes(b"solid nothing\nfacet\n")
     link = (
         "<link name='l'><collision name='c'><geometry><mesh><uri>bad.stl</uri></mesh></geometry>"
@@ -171,13 +157,13 @@ def test_a_damaged_mesh_is_refused(tmp_path):
         read_bodies(write(tmp_path, f"<model name='m'>{link}</model>"))
 
 
-@pytest.mark.parametrize("version", ["1.3", "2.0", "9.9", "one", "1", ""])
+@pytest.mark.parametrize("version", ["1.3", "one", ""])
 def test_a_wrong_version_is_refused(tmp_path, version):
     with pytest.raises(WorldError, match=r"expected 1\.4 to 1\.10"):
         read_bodies(write(tmp_path, "", version))
 
 
-@pytest.mark.parametrize("version", ["1.4", "1.5", "1.6", "1.7", "1.8", "1.9", "1.10"])
+@pytest.mark.parametrize("version", ["1.4", "1.7", "1.10"])
 def test_every_version_is_read(tmp_path, version):
     model = f"<model name='m'><link name='l'>{BOX}</link></model>"
     assert len(read_bodies(write(tmp_path, model, version))) == 1
@@ -199,10 +185,6 @@ def test_a_model_inside_a_wall_is_refused(tmp_path):
     [
         (f"<model name='m'><pose>0 0 nan 0 0 0</pose><link name='l'>{BOX}</link></model>", "nan"),
         (
-            f"<model name='m'><pose>9e9 0 0 0 0 0</pose><link name='l'>{BOX}</link></model>",
-            "another unit",
-        ),
-        (
             f"<model name='m'><link name='l'>{BOX.replace('1 1 1', '1e6 1 1')}</link></model>",
             "another unit",
         ),
@@ -216,7 +198,6 @@ def test_a_model_inside_a_wall_is_refused(tmp_path):
             f"<model name='m'><link name='l'>{MASSLESS.replace('0', '-1')}{BOX}</link></model>",
             "<mass> of m::l is -1 kg",
         ),
-        ("<include/>", "has no <uri>"),
     ],
 )
 def test_malformed_values_are_refused(tmp_path, inside, message):
@@ -250,7 +231,7 @@ def test_joints_weld_links_and_tie_them_to_the_world(tmp_path):
     assert [body.is_static for body in load_world(write(tmp_path, tied)).bodies] == [True, False]
 
 
-def test_poses_in_degrees_and_quaternions(tmp_path):
+def test_poses_in_degrees_quaternions_and_placement_frames(tmp_path):
     for pose in (
         "<pose degrees='true'>1 2 3 0 0 90</pose>",
         "<pose rotation_format='quat_xyzw'>1 2 3 0 0 0.70710678 0.70710678</pose>",
@@ -259,9 +240,6 @@ def test_poses_in_degrees_and_quaternions(tmp_path):
         (body,) = read_bodies(write(tmp_path, text, "1.9"))
         assert place(body) == [1.0, 2.0, 3.0]
         np.testing.assert_allclose(body.world_from_body[:2, :2], [[0, -1], [1, 0]], atol=1e-7)
-
-
-def test_a_placement_frame_stands_at_the_pose(tmp_path):
     text = (
         "<model name='m' placement_frame='l'><pose>5 0 0 0 0 0</pose>"
         f"<link name='l'><pose>1 0 0 0 0 0</pose>{BOX}</link></model>"
@@ -290,7 +268,7 @@ def test_further_shapes(tmp_path, shape, reach):
     assert bounds[2] == pytest.approx(reach, abs=0.02)
 
 
-def mesh_link(uri: str) -> str:
+def mesh_link(uri):
     return (
         f"<link name='l'>{MASSLESS}<collision name='c'><geometry><mesh><uri>{uri}</uri></mesh>"
         "</geometry></collision></link>"

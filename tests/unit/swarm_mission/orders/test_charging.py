@@ -23,11 +23,11 @@ ORDER = TransportOrder("1-1", "a", "b", 0, 10, 10)
 OFFERS = Announcement("a", (OrderOffer("1-1", "b", 0),))
 
 
-def senses(reach: float) -> BidSenses:
+def senses(reach):
     return BidSenses(lambda _: 10.0, 0.5, lambda: 0.5, lambda: reach, way_between=lambda *_: 10.0)
 
 
-def bids(courier: Courier, reach: float) -> list[Bid]:
+def bids(courier, reach):
     courier.receive(OFFERS, 1)
     sent, _ = courier.tick(1, senses(reach))
     return [each.message for each in sent if isinstance(each.message, Bid)]
@@ -44,7 +44,6 @@ def test_an_order_is_given_back_on_the_way_to_its_origin():
     courier = Courier("r", Pose(0.0, 0.0, 0.0), STATIONS)
     courier.receive(Grant("a", "r", ORDER, 1), 1)
     _, goal = courier.tick(1, senses(math.inf))
-    assert goal is not None
     assert goal.stop.name == "a"
     sent, goal = courier.tick(2, senses(0.0))
     reports = [each.message for each in sent if isinstance(each.message, HoldReport)]

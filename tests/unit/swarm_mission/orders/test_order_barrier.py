@@ -38,15 +38,12 @@ def test_who_is_silent_is_left_out_once_the_world_has_gone_on_and_until_it_speak
     assert barrier.missing(6) == ["courier"]
 
 
-def test_a_party_may_take_long_to_start():
+def test_a_party_may_start_late_and_its_word_counts_once():
     barrier = OrderBarrier(["courier"])
     barrier.see(5)
     assert not barrier.is_complete(0, 0.0)
     assert not barrier.is_complete(0, START_PATIENCE)
     assert barrier.is_complete(0, START_PATIENCE + 1.0)
-
-
-def test_a_word_counts_once_and_only_after_the_one_before():
     barrier = OrderBarrier(["courier"])
     assert not barrier.accepts("courier", 1)  # the first was lost: both are repeated
     assert barrier.accepts("courier", 0)

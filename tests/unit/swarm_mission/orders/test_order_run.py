@@ -14,9 +14,7 @@ from tests.fakes.point_robots import PointSwarm
 STATIONS = {"a": Pose(0.0, 0.0, 0.0), "b": Pose(10.0, 0.0, 0.0)}
 
 
-def one_stream(
-    arrivals: Arrivals, load: ServiceTime, unload: ServiceTime, **more: object
-) -> OrderPlan:
+def one_stream(arrivals, load, unload, **more):
     stream = OrderStream(
         number=1, origins=("a",), targets=("b",), arrivals=arrivals, loading=load, unloading=unload,
         **more,
@@ -135,7 +133,7 @@ def test_a_run_is_not_over_before_the_last_robot_has_been_unloaded():
 class Last:
     """A dispatcher of one's own: the last robot by name."""
 
-    def assign(self, tick, offers, bids):  # type: ignore[no-untyped-def]
+    def assign(self, tick, offers, bids):
         taken = set()
         for offer in offers:
             free = [bid for bid in bids.get(offer.order, ()) if bid.robot not in taken]
@@ -145,7 +143,7 @@ class Last:
                 yield best
 
 
-def _this_module():  # type: ignore[no-untyped-def]
+def _this_module():
     import types
 
     module = types.ModuleType(__name__)

@@ -43,7 +43,6 @@ from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
-from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.senses import Senses
 from tests.fakes.decisions import arbiter_of
 from tests.fakes.navigation import RADIUS, robot_in, room, waffle
@@ -53,7 +52,7 @@ HALL = room(6.0, 6.0)
 STATION = (4.0, 4.0)
 
 
-def driving() -> RobotState:
+def driving():
     s = robot_in(HALL, Pose(1.0, 1.0, 0.5), robot_id=4)
     s.tube.adopt(np.column_stack((np.arange(1.0, 4.0, 0.05), np.full(60, 1.0))))
     s.tube.stop = 7
@@ -61,9 +60,9 @@ def driving() -> RobotState:
 
 
 def parts_of(
-    s: RobotState, state: State, lease: Lease, gate: Gate | None = None,
-    right: RightOfWay | None = None, sites: Sites | None = None,
-) -> Parts:  # fmt: skip
+    s, state, lease, gate = None,
+    right = None, sites = None,
+):  # fmt: skip
     """Return the parts of a robot in a state, whose rule for it won in this tick."""
     holding, arbiter = HoldingPattern({}, []), arbiter_of(s)
     right, gate = right or RightOfWay(), gate or Gate(None)
@@ -81,9 +80,9 @@ def parts_of(
 
 
 def announce(
-    s: RobotState, state: State = State.DRIVING, has_goal: bool = True, is_active: bool = True,
-    right: RightOfWay | None = None,
-) -> np.void:  # fmt: skip
+    s, state = State.DRIVING, has_goal = True, is_active = True,
+    right = None,
+):  # fmt: skip
     rank = CLASS_HOLDING if state is State.HOLDING else CLASS_DRIVING
     base = base_priority(rank if has_goal else CLASS_DONE, 33, s.robot_id)
     arbiter_of(s).announce_priorities(s.donations.own(base), s.donations.published(base))
@@ -93,7 +92,7 @@ def announce(
     return compose_beacon(parts, waffle())
 
 
-def test_a_beacon_carries_the_claims_of_its_tick():
+def test_a_beacon_carries_the_claims_and_priority_of_its_tick_and_changes_nothing():
     record = announce(driving())
     assert (record["id"], record["tick"], record["sec"], record["nanosec"]) == (4, 100, 10, 0)
     assert record["radius"] == pytest.approx(RADIUS, abs=1e-3)
@@ -105,18 +104,19 @@ def test_a_beacon_carries_the_claims_of_its_tick():
     assert np.allclose(record["station"], STATION)
     assert record["station_tick"] == 70
     assert record["footprint_size"] == 8
-
-
-def test_the_priority_is_published_and_remembered():
     s = driving()
     record = announce(s)
     published = (int(record["priority"][0]) << 32) | int(record["priority"][1])
     assert published == s.priority == base_priority(CLASS_DRIVING, 33, 4)
     announce(s, State.HOLDING)
     assert s.priority == base_priority(CLASS_HOLDING, 33, 4)
+    s = driving()
+    first = announce(s)
+    told = parts_of(s, State.DRIVING, Lease(STATION, 70, 1))
+    assert compose_beacon(told, waffle()).tobytes() == first.tobytes()
 
 
-def test_who_waits_for_its_turn_ranks_so_while_it_makes_way():
+def test_who_waits_for_its_turn_ranks_so_until_a_new_goal():
     """It rose above the robot that pushed it, and stayed in its way."""
     told = parts_of(driving(), State.DRIVING, Lease(STATION, 70, 1))
     waits = []
@@ -124,9 +124,6 @@ def test_who_waits_for_its_turn_ranks_so_while_it_makes_way():
         told.state_machine.switch(event)
         waits.append(told.state_machine.is_waiting)
     assert waits == [False, False, True, True, False]
-
-
-def test_a_new_goal_ends_the_waiting_of_a_robot_that_makes_way():
     told = parts_of(driving(), State.DRIVING, Lease(STATION, 70, 1))
     waits = []
     for event in (Event.STATION_TAKEN, Event.PUSHED, Event.FINISHED, Event.GOAL, Event.BEHAVIOR):
@@ -134,13 +131,6 @@ def test_a_new_goal_ends_the_waiting_of_a_robot_that_makes_way():
         waits.append(told.state_machine.is_waiting)
     assert told.state_machine.state is State.YIELDING
     assert waits == [True, True, False, False, True]
-
-
-def test_composing_a_beacon_changes_nothing():
-    s = driving()
-    first = announce(s)
-    told = parts_of(s, State.DRIVING, Lease(STATION, 70, 1))
-    assert compose_beacon(told, waffle()).tobytes() == first.tobytes()
 
 
 @pytest.mark.parametrize(
@@ -174,19 +164,7 @@ def test_a_yielding_robot_announces_its_refuge_and_what_it_inherited():
     assert s.priority == 2**50 - 1
 
 
-def test_only_an_active_navigator_says_so():
-    assert int(announce(driving())["flags"]) & FLAG_ACTIVE
-    assert not int(announce(driving(), is_active=False)["flags"]) & FLAG_ACTIVE
-
-
-def status(  # type: ignore[no-untyped-def]
-    s: RobotState,
-    state: State,
-    is_active: bool = True,
-    place: int = 2,
-    gate: Gate | None = None,
-    is_full: bool = False,
-):
+def status(s, state, is_active=True, place=2, gate=None, is_full=False):
     sites = Sites(stations={"loader_1": Pose(*STATION, 0.0)})
     lease = Lease(STATION, 70, place, 9 if place else 0, is_full=is_full)
     parts = parts_of(s, state, lease, gate, sites=sites)
@@ -230,19 +208,18 @@ def test_a_robot_calls_others_by_the_names_of_the_run():
         assert shown.detail == f"for {name}, which is in the way"
 
 
-def test_a_robot_that_is_driven_by_hand_says_so():
+def test_the_status_says_who_drives_and_who_waits_at_the_gate():
     s = driving()
     told = parts_of(s, State.BEHAVING, Lease())
     for is_by_hand, state in ((True, "driven by hand"), (False, "pausing")):
         kind = GoalKind.TELEOP if is_by_hand else GoalKind.WAIT
         told.goal_manager.behavior = Behavior(Goal(kind=kind), s)
         assert compose_status(told).state == state
-
-
-def test_a_robot_that_waits_at_the_gate_says_so():
     shown = status(driving(), State.HOLDING, gate=Gate(None, asked_tick=50, first=3))
     assert shown.detail == "parked, waits for Srobot3: the narrow region ahead is full"
     assert int(announce(driving())["gate_tick"]) == 0
+    assert int(announce(driving())["flags"]) & FLAG_ACTIVE
+    assert not int(announce(driving(), is_active=False)["flags"]) & FLAG_ACTIVE
 
 
 words = st.integers(0, 2**32 - 1)
@@ -263,26 +240,23 @@ def test_a_batch_survives_its_encoding(count):
     assert back.tobytes() == batch.tobytes()
 
 
-def test_a_beacon_that_is_too_short_is_refused():
-    with pytest.raises(ValueError, match="expected"):
-        deserialize_beacon(serialize_beacon(announce(driving()))[: 4 * word_of("sighted_id")])
-
-
-def test_a_beacon_that_was_recorded_before_there_were_sightings_is_read():
+def test_old_beacons_are_read_and_words_are_those_of_any_buffer():
     record = announce(driving())
     record["sighted_id"] = 7  # in what is cut off
     read = deserialize_beacon(serialize_beacon(record)[: 4 + 4 * word_of("sighted_id")])
     assert not read["sighted_id"].any()
     record["sighted_id"] = record["sighted_tick"] = 0
     assert read.tobytes() == record.tobytes()
+    batch = np.frombuffer(np.random.default_rng(0).bytes(3 * BEACON_SIZE + 1), np.uint8)
+    for start in (0, 1):  # aligned and not
+        beacons = batch[start : start + 3 * BEACON_SIZE].view(BEACON_DTYPE)
+        words = words_of(beacons)
+        assert words.tobytes() == beacons.tobytes()
+        assert words.flags.writeable
+        assert words.flags.aligned
 
 
-def test_a_beacon_has_no_padding():
-    assert BEACON_DTYPE.itemsize == sum(BEACON_DTYPE[name].itemsize for name in BEACON_DTYPE.names)
-    assert math.isclose(BEACON_SIZE / 1024, 0.94, abs_tol=0.02)
-
-
-def test_a_beacon_is_packed_in_the_order_of_its_members():
+def test_a_beacon_is_packed_in_the_order_of_its_members_without_padding():
     words = blank_beacon(((1.0, 2.0), (3.0, 4.0))).copy()
     pack_head(words, range(1, 28))
     record = record_of(words)
@@ -291,13 +265,7 @@ def test_a_beacon_is_packed_in_the_order_of_its_members():
     assert values.tolist() == list(range(1, 28))
     assert record["footprint"][:3].tolist() == [[1.0, 2.0], [3.0, 4.0], [0.0, 0.0]]
     assert not record["held"].any()
-
-
-def test_words_are_those_of_the_beacons_whatever_their_buffer():
-    batch = np.frombuffer(np.random.default_rng(0).bytes(3 * BEACON_SIZE + 1), np.uint8)
-    for start in (0, 1):  # aligned and not
-        beacons = batch[start : start + 3 * BEACON_SIZE].view(BEACON_DTYPE)
-        words = words_of(beacons)
-        assert words.tobytes() == beacons.tobytes()
-        assert words.flags.writeable
-        assert words.flags.aligned
+    assert BEACON_DTYPE.itemsize == sum(BEACON_DTYPE[name].itemsize for name in BEACON_DTYPE.names)
+    assert math.isclose(BEACON_SIZE / 1024, 0.94, abs_tol=0.02)
+    with pytest.raises(ValueError, match="expected"):
+        deserialize_beacon(serialize_beacon(announce(driving()))[: 4 * word_of("sighted_id")])

@@ -1,7 +1,6 @@
 """Going to charge and back, on ideal unicycles with ideal batteries."""
 
 import dataclasses
-from collections.abc import Sequence
 
 import pytest
 
@@ -26,10 +25,10 @@ class Powered(Squad):
     """A squad whose batteries are integrated and read once a second."""
 
     def __init__(
-        self, poses: Sequence[Pose], shares: Sequence[float],
-        chargers: Sequence[str] = ("charger_1",),
-        current: Sequence[str] | None = None, battery: BatterySpec = BATTERY, **changes: object,
-    ) -> None:  # fmt: skip
+        self, poses, shares,
+        chargers = ("charger_1",),
+        current = None, battery = BATTERY, **changes,
+    ):  # fmt: skip
         sites = Sites(
             stations={name: CHARGERS[name] for name in chargers}, charging=tuple(chargers)
         )
@@ -39,7 +38,7 @@ class Powered(Squad):
         self.live = [CHARGERS[name] for name in (chargers if current is None else current)]
         self.charged: list[str] = []  # who was charged, in order
 
-    def _step(self, deaf: object, dead: object) -> None:
+    def _step(self, deaf, dead):
         standing = [k for k, body in enumerate(self.bodies) if abs(body.twist.vx) < 0.02]
         nearest = {min(standing, key=lambda k: self.distance(k, c), default=-1) for c in self.live}
         for index, body in enumerate(self.bodies):
@@ -54,13 +53,13 @@ class Powered(Squad):
                 status = SupplyStatus.CHARGING if on_it else SupplyStatus.DISCHARGING
                 reading = BatteryReading(self.tick, self.shares[index], power, status)
                 self.robots[index].on_battery(reading)
-        super()._step(deaf, dead)  # type: ignore[arg-type]
+        super()._step(deaf, dead)
 
-    def is_charging(self, index: int = 0) -> bool:
+    def is_charging(self, index=0):
         return self.robots[index].status().state == "charging"
 
 
-def reached(one: Powered, index: int = 0) -> bool:
+def reached(one, index=0):
     return [end.outcome for end in one.ended(index)] == [Outcome.SUCCEEDED]
 
 
@@ -74,7 +73,6 @@ def test_a_robot_whose_battery_is_low_charges_and_then_reaches_its_goal():
     assert one.distance(0, CHARGERS["charger_1"]) <= 0.25
     assert one.robots[0].services.goal_id == 7
     feedback = one.robots[0].services.feedback()
-    assert feedback is not None
     assert feedback.goal_id == 7
     assert feedback.distance_remaining > 5.0
     assert one.ended(0) == []
@@ -87,14 +85,11 @@ def test_a_robot_whose_battery_is_low_charges_and_then_reaches_its_goal():
     assert one.robots[0].status().goals_reached == 1  # the charge is none
 
 
-def test_a_robot_with_enough_goes_straight_to_its_goal():
+def test_a_robot_with_enough_goes_on_as_far_as_the_way_to_the_station_allows():
     one = Powered([START], [0.9])
     one.send(0, GOAL)
     one.run_until(lambda: reached(one), 400)
     assert one.charged == []
-
-
-def test_the_way_to_the_station_counts_with_the_threshold():
     # twice the way of 4.5 m takes 2 * 17 s * 1.5 W = 52 J of 720 J: about 0.07
     for share, goes in ((0.35, False), (0.30, True)):
         one = Powered([START], [share], battery__low=0.25)
@@ -102,7 +97,7 @@ def test_the_way_to_the_station_counts_with_the_threshold():
         assert (one.robots[0].status().station == "charger_1") is goes, share
 
 
-def test_a_robot_without_a_goal_charges_too_and_gives_the_station_back():
+def test_robots_charge_without_a_goal_and_go_on_with_waypoints():
     one = Powered([START], [0.2])
     one.run_until(one.is_charging, 400)
     assert one.robots[0].services.feedback() is None
@@ -110,6 +105,12 @@ def test_a_robot_without_a_goal_charges_too_and_gives_the_station_back():
     one.run(5)
     status = one.robots[0].status()
     assert (status.state, status.station, status.goal_map) == ("idle", "", None)
+    one = Powered([START], [0.5], battery__low=0.4)
+    one.send(0, NEXT, GOAL, START, kind=GoalKind.WAYPOINTS)
+    one.run_until(lambda: len(one.ended(0)) == 1, 2500)
+    assert one.charged[:1] == ["Srobot1"]
+    assert reached(one)
+    assert one.ended(0)[0].missed_waypoints == ()
 
 
 def test_goals_that_come_go_and_change_meanwhile_are_told_of_at_once():
@@ -134,16 +135,7 @@ def test_goals_that_come_go_and_change_meanwhile_are_told_of_at_once():
     assert one.shares[0] > 0.6
 
 
-def test_waypoints_go_on_where_they_were():
-    one = Powered([START], [0.5], battery__low=0.4)
-    one.send(0, NEXT, GOAL, START, kind=GoalKind.WAYPOINTS)
-    one.run_until(lambda: len(one.ended(0)) == 1, 2500)
-    assert one.charged[:1] == ["Srobot1"]
-    assert reached(one)
-    assert one.ended(0)[0].missed_waypoints == ()
-
-
-def test_a_behaviour_that_an_operator_asks_for_comes_first():
+def test_who_is_asked_for_a_behaviour_or_shut_down_does_not_charge():
     one = Powered([START], [0.2])
     one.run(60)
     assert one.robots[0].status().station == "charger_1"
@@ -151,9 +143,6 @@ def test_a_behaviour_that_an_operator_asks_for_comes_first():
     one.run_until(lambda: bool(one.ended(0)), 100)
     assert one.ended(0)[0].outcome is Outcome.SUCCEEDED
     one.run_until(one.is_charging, 400)
-
-
-def test_a_shut_down_robot_does_not_set_off():
     one = Powered([START], [0.2])
     one.run(60)
     one.robots[0].services.deactivate()
@@ -163,16 +152,13 @@ def test_a_shut_down_robot_does_not_set_off():
     one.run_until(one.is_charging, 400)
 
 
-def test_a_station_without_current_is_left_for_another_one():
+def test_a_station_without_current_or_that_others_hold_is_passed_over():
     one = Powered([START], [0.4], ("charger_1", "charger_2"), current=("charger_2",))
     one.run(1)
     one.shares[0] = 0.3
     one.send(0, GOAL)
     one.run_until(lambda: reached(one), 2500)
     assert one.charged == ["Srobot1"]
-
-
-def test_a_station_that_others_hold_is_passed_over():
     one = Powered(
         [Pose(2.5, 3.0, 0.0), Pose(5.0, 3.0, 0.0)], [0.1, 0.4], ("charger_1", "charger_2"),
         battery=dataclasses.replace(BATTERY, charge_power=1.0),

@@ -15,7 +15,7 @@ MIDDLE = Pose(3.0, 3.0, 0.0)
 INSCRIBED_RADIUS = 0.069
 
 
-def inflated(resolution: float = 0.05) -> np.ndarray:
+def inflated(resolution=0.05):
     lethal = np.zeros((41, 41), np.bool_)
     lethal[20, 20] = True
     return costmaps.inflate(lethal, resolution, 0.1, 0.55, 3.0)
@@ -35,13 +35,10 @@ def test_inflation_follows_nav2s_formula(cells):
         assert cost == costmaps.FREE == 0
 
 
-def test_inflation_is_the_same_in_all_directions():
+def test_inflation_is_the_same_in_all_directions_and_none_without_lethal_cells():
     costs = inflated()
     assert np.array_equal(costs, costs.T)
     assert np.array_equal(costs, costs[::-1])
-
-
-def test_nothing_lethal_means_no_cost():
     assert not costmaps.inflate(np.zeros((4, 4), np.bool_), 0.05, 0.1, 0.55, 3.0).any()
 
 
@@ -53,7 +50,7 @@ def test_the_global_costmap_has_walls_obstacles_and_neighbours():
     assert costs.cells.shape == (HALL.height, HALL.width)
     assert (costs.resolution, costs.origin_x, costs.origin_y) == (0.05, 0.0, 0.0)
 
-    def cost(x: float, y: float) -> int:
+    def cost(x, y):
         row, column = HALL.cell_of(x, y)
         return int(costs.cells[row, column])
 
@@ -65,7 +62,7 @@ def test_the_global_costmap_has_walls_obstacles_and_neighbours():
     assert cost(1.0, 5.0) == costmaps.FREE
 
 
-def test_the_local_costmap_rolls_with_the_robot_and_is_unknown_beyond_the_map():
+def test_the_local_costmap_rolls_and_unknown_cells_stay_unknown():
     s = robot_in(HALL, Pose(1.0, 3.0, 0.0))
     local = costmaps.compose(s, INSCRIBED_RADIUS, 3.0)
     assert local.cells.shape == (60, 60)
@@ -73,9 +70,6 @@ def test_the_local_costmap_rolls_with_the_robot_and_is_unknown_beyond_the_map():
     assert local.origin_y == pytest.approx(1.5, abs=0.051)
     assert (local.cells[:, :5] == costmaps.NO_INFORMATION).all()
     assert (local.cells[30, 9:12] >= costmaps.INSCRIBED).any()
-
-
-def test_unknown_cells_stay_unknown_unless_a_body_would_touch():
     cells = HALL.cells.copy()
     cells[60:80, 60:80] = UNKNOWN
     s = robot_in(Grid(cells, 0.05, 0.0, 0.0), MIDDLE)

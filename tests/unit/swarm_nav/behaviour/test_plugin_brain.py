@@ -1,7 +1,6 @@
 """A brain that has the required methods only is answered for."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -49,15 +48,15 @@ class Bold:
 class Complete:
     """Has everything that ours has."""
 
-    def __init__(self, *arguments: Any) -> None:
+    def __init__(self, *arguments):
         self._navigator = Navigator(*arguments)
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name):
         owner = self._navigator if hasattr(self._navigator, name) else self._navigator.services
         return getattr(owner, name)
 
 
-def adapter(name: str = "Bold") -> PluginBrain:
+def adapter(name="Bold"):
     config = config_from_parameters({"brain.plugin": f"{__name__}:{name}"})
     made = make_brain(config, waffle(), ROOM, Sites(), 2, HERE)
     assert isinstance(made, PluginBrain)
@@ -66,16 +65,26 @@ def adapter(name: str = "Bold") -> PluginBrain:
     return made
 
 
-def ended(output: Output) -> list[tuple[int, Outcome]]:
+def ended(output):
     return [(e.goal_id, e.outcome) for e in output.events if isinstance(e, GoalEnded)]
 
 
-def go(goal_id: int, kind: GoalKind = GoalKind.NAVIGATE) -> Goal:
+def go(goal_id, kind=GoalKind.NAVIGATE):
     return Goal(kind=kind, goal_id=goal_id, poses_map=(THERE,))
 
 
-def test_without_a_plug_in_the_brain_is_ours():
+def test_without_a_plug_in_the_brain_is_ours_and_what_one_has_itself_counts():
     assert type(make_brain(NavConfig(), waffle(), ROOM, Sites(), 1, HERE)) is Navigator
+    made = adapter("Complete")
+    made.set_goal(Goal(kind=GoalKind.WAIT, goal_id=4, duration=60.0))
+    assert made.goal_id == 4
+    made.tick(1)
+    assert made.status().state == "pausing"
+    assert made.global_costmap().cells.max() > 0
+    made.on_speed_limit(50.0, is_percentage=True)
+    made.cancel_goal()
+    assert ended(made.tick(2)) == [(4, Outcome.CANCELED)]
+    assert made.tick(3).twist == Twist()
 
 
 def test_a_goal_ends_once():
@@ -107,7 +116,7 @@ def test_a_goal_preempts_the_one_before_and_can_be_canceled():
     assert ended(made.tick(3)) == []
 
 
-def test_other_goals_are_refused():
+def test_other_goals_are_refused_and_it_stands_while_it_is_not_active():
     made = adapter()
     made.set_goal(go(3, GoalKind.SPIN))
     (end,) = made.tick(1).events
@@ -115,9 +124,6 @@ def test_other_goals_are_refused():
     assert end.error_code is ErrorCode.CONTROL_UNKNOWN
     assert "does not know goals of spin" in end.message
     assert not Bold.made.goals
-
-
-def test_it_stands_while_it_is_not_active():
     made = adapter()
     assert made.tick(1).twist == Twist(0.2)
     made.set_goal(go(1))
@@ -153,22 +159,9 @@ def test_what_the_node_asks_beside_that_has_an_answer():
     made.reconfigure(NavConfig())
 
 
-def test_what_it_has_itself_counts():
-    made = adapter("Complete")
-    made.set_goal(Goal(kind=GoalKind.WAIT, goal_id=4, duration=60.0))
-    assert made.goal_id == 4
-    made.tick(1)
-    assert made.status().state == "pausing"
-    assert made.global_costmap().cells.max() > 0
-    made.on_speed_limit(50.0, is_percentage=True)
-    made.cancel_goal()
-    assert ended(made.tick(2)) == [(4, Outcome.CANCELED)]
-    assert made.tick(3).twist == Twist()
-
-
 @pytest.mark.parametrize("method", ["on_odom", "set_goal", "status"])
 def test_a_method_that_raises_costs_the_goal(method, monkeypatch):
-    def fail(*_: object) -> None:
+    def fail(*_):
         raise ValueError("out of order")
 
     made = adapter()

@@ -10,7 +10,6 @@ from swarm_common.model.records import Pose, Twist
 from swarm_describe.robots.loading import load_robot
 from swarm_nav.control.controller import MOST_RATE, Controller, StraightController
 from swarm_nav.core.config import ControllerConfig, NavConfig
-from swarm_nav.planning.oblong import Slots
 from swarm_nav.reservation.tube import Tube
 from swarm_nav.traffic.robot_state import terrain_of
 from tests.fakes.navigation import Unicycle, room
@@ -19,15 +18,14 @@ LINE = 2.55  # [m] y of the slot
 
 
 @functools.cache
-def slots() -> Slots:
-    """Return the slots of an aisle 0.9 m wide between two halls."""
+def slots():
     walls = (3.0, 0.0, 6.0, LINE - 0.45), (3.0, LINE + 0.45, 6.0, 5.0)
     found = terrain_of(NavConfig(), load_robot("carrier"), room(9.0, 5.0, *walls)).lattice.slots
     assert found is not None
     return found
 
 
-def tube_through(x: float, length: float = 1.5, held: int | None = None) -> Tube:
+def tube_through(x, length=1.5, held=None):
     """Return a tube along the line from x on, held as a whole or for some points."""
     tube = Tube(Pose(x, LINE, 0.0), 1, 0.35, 0.35)
     tube.slots = slots()
@@ -37,17 +35,25 @@ def tube_through(x: float, length: float = 1.5, held: int | None = None) -> Tube
     return tube
 
 
-def follow(pose: Pose, twist: Twist | None = None, held: int | None = None) -> Twist:
+def follow(pose, twist=None, held=None):
     tube = tube_through(3.6, held=held)
     tube.track(pose)
     return StraightController(ControllerConfig()).follow(tube, pose, twist or Twist(0.1))
 
 
-def test_on_the_line_it_drives_without_turning():
+def test_on_the_line_it_drives_without_turning_and_in_a_hall_as_usual():
     assert slots().is_slot(np.array(((3.6, LINE),))).all()
     twist = follow(Pose(3.6, LINE, 0.0))
     assert twist.vx > 0.1
     assert twist.wz == pytest.approx(0.0, abs=1e-9)
+    pose, twist = Pose(1.0, LINE + 0.02, 0.1), Twist(0.1)
+    tube = tube_through(1.0, 0.8)
+    tube.track(pose)
+    found = [
+        kind(ControllerConfig()).follow(tube, pose, twist)
+        for kind in (StraightController, Controller)
+    ]
+    assert found[0] == found[1]
 
 
 @pytest.mark.parametrize("offset", [-0.03, 0.03])
@@ -77,14 +83,3 @@ def test_it_comes_to_the_line_and_stops_at_the_end_of_what_is_held():
     assert body.pose.x > 4.5
     assert abs(body.pose.y - LINE) < 0.01
     assert math.hypot(body.twist.vx, body.twist.wz) < 0.02
-
-
-def test_in_a_hall_it_is_the_usual_controller():
-    pose, twist = Pose(1.0, LINE + 0.02, 0.1), Twist(0.1)
-    tube = tube_through(1.0, 0.8)
-    tube.track(pose)
-    found = [
-        kind(ControllerConfig()).follow(tube, pose, twist)
-        for kind in (StraightController, Controller)
-    ]
-    assert found[0] == found[1]

@@ -26,7 +26,7 @@ ROUTES = {
 }
 
 
-def move(pose: Pose, twist: Twist) -> Pose:
+def move(pose, twist):
     """Drive for a control period, ramps left out."""
     middle = pose.yaw + 0.05 * twist.wz
     cos, sin = math.cos(middle), math.sin(middle)
@@ -37,8 +37,8 @@ def move(pose: Pose, twist: Twist) -> Pose:
     )
 
 
-def ramped(now: Twist, wish: Twist) -> Twist:
-    def ramp(a: float, b: float, most: float) -> float:
+def ramped(now, wish):
+    def ramp(a, b, most):
         return a + max(-most, min(most, b - a))
 
     return Twist(
@@ -46,16 +46,22 @@ def ramped(now: Twist, wish: Twist) -> Twist:
     )
 
 
-def test_the_drive_decides_about_the_controller():
+def test_the_drive_decides_and_nothing_moves_without_a_held_path():
     assert type(make_controller(load_robot("turtlebot3_waffle"), CONFIG)) is Controller
     assert type(make_controller(load_robot("linorobot2_4wd"), CONFIG)) is Controller
     assert type(make_controller(load_robot("linorobot2_mecanum"), CONFIG)) is OmniController
-
-
-def test_the_others_see_the_speed_along_the_course():
     controller = OmniController(CONFIG)
     assert controller.course(Twist(-0.3, 0.4, 0.1)) == Twist(0.5, 0.0, 0.1)
     assert Controller(CONFIG).course(Twist(-0.3, 0.0, 0.1)) == Twist(-0.3, 0.0, 0.1)
+    controller = OmniController(CONFIG)
+    pose = Pose(0.0, 0.0, 0.0)
+    tube = Tube(pose, 1, 0.35, 0.35)
+    tube.track(pose)
+    assert controller.follow(tube, pose, controller.course(Twist())) == Twist()
+    tube.adopt(np.array(ROUTES["sideways"]))
+    tube.track(pose)
+    twist = controller.follow(tube, pose, controller.course(Twist()))
+    assert math.hypot(twist.vx, twist.vy) < 1e-6
 
 
 @pytest.mark.parametrize("route", ROUTES)
@@ -77,18 +83,6 @@ def test_a_held_path_is_followed_to_its_end_without_leaving_it(route, yaw):
     assert worst <= TUBE_TOLERANCE + 0.01
     end = tube.points[-1]
     assert math.hypot(pose.x - end[0], pose.y - end[1]) < 0.05
-
-
-def test_nothing_moves_without_a_held_path():
-    controller = OmniController(CONFIG)
-    pose = Pose(0.0, 0.0, 0.0)
-    tube = Tube(pose, 1, 0.35, 0.35)
-    tube.track(pose)
-    assert controller.follow(tube, pose, controller.course(Twist())) == Twist()
-    tube.adopt(np.array(ROUTES["sideways"]))
-    tube.track(pose)
-    twist = controller.follow(tube, pose, controller.course(Twist()))
-    assert math.hypot(twist.vx, twist.vy) < 1e-6
 
 
 def test_braking_ends_where_the_kernel_says():

@@ -3,13 +3,11 @@
 import json
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
-from typing import Any
 
 import pytest
 import yaml
 
 from swarm_common.middleware import ros_env
-from swarm_common.model.errors import ConfigError
 from swarm_common.model.robot_parameters import robot_parameters
 from swarm_describe.robots.loading import load_robot
 from swarm_nav.launch.process_groups import Grouping
@@ -17,12 +15,12 @@ from tests.unit.swarm_common.middleware.test_ros_env import PORTS
 
 
 @pytest.fixture(autouse=True)
-def _our_profile(monkeypatch: pytest.MonkeyPatch) -> None:
+def _our_profile(monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", "3")
     monkeypatch.setenv(ros_env.PROFILES, str(Path(ros_env.__file__).parent / "fastdds.xml"))
 
 
-def grouping(folder: Path, peers: list[list[int]], **more: Any) -> Grouping:
+def grouping(folder, peers, **more):
     robots = []
     model = robot_parameters(load_robot("turtlebot3_waffle"))
     values = {f"robot.{name}": value for name, value in model.items()}
@@ -37,7 +35,7 @@ def grouping(folder: Path, peers: list[list[int]], **more: Any) -> Grouping:
     return Grouping(path)
 
 
-def ports_in(profile: Path | None) -> list[int]:
+def ports_in(profile):
     assert profile is not None
     return [int(node.text or 0) for node in ElementTree.parse(profile).iterfind(PORTS)]
 
@@ -56,12 +54,9 @@ def test_a_pack_meets_whom_any_of_its_robots_needs(tmp_path):
     assert newcomers[0] == world + 2 * (3 + 1 + 2)  # after four that were there and two processes
 
 
-def test_a_small_swarm_meets_the_world(tmp_path):
+def test_a_small_swarm_and_who_comes_back_meet_the_world_and_a_newcomer_everybody(tmp_path):
     groups = grouping(tmp_path, [[], []]).groups
     assert [ports_in(group.profile)[0] for group in groups] == [ros_env.world_port()] * 2
-
-
-def test_a_newcomer_meets_everybody(tmp_path):
     world = ros_env.world_port()
     swarm = grouping(tmp_path, [[world, world + 4], [world, world + 6]])
     params = tmp_path / "Srobot3.yaml"
@@ -69,9 +64,6 @@ def test_a_newcomer_meets_everybody(tmp_path):
     params.write_text(text, encoding="utf-8")
     newcomer = swarm.newcomer("Srobot3", str(params))
     assert ports_in(newcomer.profile)[:3] == [world, world + 4, world + 6]
-
-
-def test_a_robot_that_comes_back_meets_whom_it_met_before(tmp_path):
     world = ros_env.world_port()
     swarm = grouping(tmp_path, [[world, world + 4], [world, world + 6]])
     again = swarm.newcomer("Srobot2", str(tmp_path / "Srobot2.yaml"))
@@ -82,8 +74,3 @@ def test_a_profile_of_the_user_is_left_alone(tmp_path, monkeypatch):
     monkeypatch.setenv(ros_env.PROFILES, "/my/profile.xml")
     (group,) = grouping(tmp_path, [[]]).groups
     assert group.profile is None
-
-
-def test_a_pack_of_none_is_refused(tmp_path):
-    with pytest.raises(ConfigError, match="pack is 0"):
-        grouping(tmp_path, [[]], pack=0)

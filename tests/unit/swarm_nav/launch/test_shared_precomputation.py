@@ -23,7 +23,7 @@ STATIONS = {"a": Pose(1.5, 2.0, 0.5), "b": Pose(7.0, 2.0, -3.0), "outside": Pose
 
 
 @pytest.fixture
-def grid() -> Grid:
+def grid():
     cells = np.zeros((80, 190), np.int8)
     cells[0, :] = cells[-1, :] = cells[:, 0] = cells[:, -1] = OCCUPIED
     cells[20:40, 60:70] = OCCUPIED
@@ -31,14 +31,14 @@ def grid() -> Grid:
 
 
 @pytest.fixture
-def robots(monkeypatch: pytest.MonkeyPatch) -> list[NodeSettings]:
+def robots(monkeypatch):
     monkeypatch.setattr(NodeSettings, "sites", Sites(stations=STATIONS))
     spec = load_robot("turtlebot3_waffle")
     names = ["Srobot1", "Srobot2", "Srobot3"]
     return [NodeSettings(n, NavConfig(), spec, FIXED | {"robot_id": int(n[-1])}) for n in names]
 
 
-def plans(robot: NodeSettings, grid: Grid) -> list[bytes]:
+def plans(robot, grid):
     robot_in = initial_state(robot.config, robot.spec, grid, 1, STATIONS["a"])
     planner = robot_in.planner
     ways = [
@@ -65,13 +65,6 @@ def test_ways_are_found_once_and_are_the_same(grid, robots):
         assert planner.cost_to_go((pose.x, pose.y), pose.yaw).tobytes() == field.tobytes()
     assert planner.terrain is terrain
     assert terrain._cost_to_go.cache_info().misses == 2, "nobody has had to find them again"
-
-
-def test_few_processes_find_their_own_ways(grid, robots):
-    terrain = terrain_of(robots[0].config, robots[0].spec, grid)
-    terrain._cost_to_go.cache_clear()
-    prepare(robots, grid, MANY_PROCESSES - 1)
-    assert terrain._cost_to_go.cache_info().misses == 0
 
 
 def test_regions_are_found_once(grid, robots):

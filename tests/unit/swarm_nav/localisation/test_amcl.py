@@ -2,13 +2,12 @@
 
 import itertools
 import math
-from typing import Any
 
 import numpy as np
 import pytest
 
 from swarm_common.model.beacon import reception_of
-from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Odometry, Pose, Scan, Twist, wrap_angle
 from swarm_common.model.sites import Sites
 from swarm_nav.behaviour.navigator import Navigator
@@ -26,9 +25,7 @@ HERE = Pose(1.4, 1.2, 0.4)
 WIDE = (0.5, 0.26)  # [m], [rad] that RViz means by its 2D pose estimate
 
 
-def scan_at(
-    pose: Pose, tick: int, rng: np.random.Generator, size: tuple[float, float] = (WIDTH, HEIGHT)
-) -> Scan:
+def scan_at(pose, tick, rng, size=(WIDTH, HEIGHT)):
     """Return what a waffle measures in an empty room, with noise and dropouts."""
     lidar = pose.compose(Pose(-0.064, 0.0, 0.0))
     angles = lidar.yaw + np.arange(360) * math.tau / 360
@@ -46,7 +43,7 @@ def scan_at(
     return Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, ranges.astype(np.float32))
 
 
-def localiser(start: Pose, grid: Any = ROOM, seed: int = 0, **changes: Any) -> AmclLocaliser:
+def localiser(start, grid=ROOM, seed=0, **changes):
     s = robot_in(grid, start)
     settings = LocalisationConfig(type="amcl", random_seed=seed, **changes)
     made = make_localiser(start, settings, waffle(), s.terrain, s.neighbors, 1)
@@ -54,9 +51,7 @@ def localiser(start: Pose, grid: Any = ROOM, seed: int = 0, **changes: Any) -> A
     return made
 
 
-def stand(
-    robot: AmclLocaliser, pose: Pose, ticks: int, rng: np.random.Generator, **size: Any
-) -> None:
+def stand(robot, pose, ticks, rng, **size):
     for tick in range(ticks):
         robot.on_odom(Odometry(tick, Pose(0.0, 0.0, 0.0), Twist()))
         if tick % 2 == 0:
@@ -65,8 +60,7 @@ def stand(
             robot.leap()
 
 
-def wrong(pose: Pose, rng: np.random.Generator) -> Pose:
-    """Return a pose that is off by 0.5 m and 20 degrees."""
+def wrong(pose, rng):
     angle, side = rng.uniform(0.0, math.tau), rng.choice([-1.0, 1.0])
     turned = pose.yaw + side * math.radians(20.0)
     return Pose(pose.x + 0.5 * math.cos(angle), pose.y + 0.5 * math.sin(angle), turned)
@@ -110,7 +104,7 @@ def test_a_corridor_leaves_the_place_along_it_open_and_the_covariance_says_so():
     assert not robot.is_lost  # it would stand for ever
 
 
-def drive(robot: AmclLocaliser, ticks: int, seed: int, scale: float) -> tuple[list[float], Pose]:
+def drive(robot, ticks, seed, scale):
     """Let a robot go in circles with odometry that is off; return errors and the last pose."""
     rng = np.random.default_rng(seed)
     true, odom, errors = HERE, Pose(0.0, 0.0, 0.0), []
@@ -192,7 +186,7 @@ def test_the_error_of_the_pose_enters_the_safety_margin_and_never_lowers_it():
     assert needed - 0.002 <= radii[-1] < needed + 2.0 * MARGIN_STEP
 
 
-def hear_nothing() -> Any:
+def hear_nothing():
     from swarm_common.model.beacon import empty_beacons
 
     return empty_beacons(0)
@@ -245,8 +239,3 @@ def test_dead_reckoning_is_the_default_and_asks_for_nothing():
 def test_impossible_parameters_are_refused(name, value, message):
     with pytest.raises(ConfigError, match=message):
         config(**{f"localisation__{name}": value})
-
-
-def test_an_unknown_type_is_answered_with_those_there_are():
-    with pytest.raises(UnknownNameError, match="amcl"):
-        config(localisation__type="amlc")

@@ -13,11 +13,11 @@ FRAME = Frame(-1.0, 0.5, 0.05)
 WEIGHTS = kernels.HitWeights(0.5, 0.14)
 
 
-def state(seed: int = 1) -> np.ndarray:
+def state(seed=1):
     return np.array([seed], np.uint64)
 
 
-def field(rng: np.random.Generator) -> np.ndarray:
+def field(rng):
     distance = rng.uniform(-0.3, 1.0, (40, 50))
     out = np.empty(distance.shape, np.float32)
     kernels.likelihood(distance, 0.1, WEIGHTS, 0.5, out)

@@ -8,26 +8,25 @@ from swarm_common.model.records import Odometry, Pose, Twist
 from swarm_nav.localisation.localiser import OdometryLocaliser
 
 
-def odometry(x: float, y: float, yaw: float, tick: int = 0) -> Odometry:
+def odometry(x, y, yaw, tick=0):
     return Odometry(tick, Pose(x, y, yaw), Twist())
 
 
-def close(pose: Pose, x: float, y: float, yaw: float) -> bool:
+def close(pose, x, y, yaw):
     return (pose.x, pose.y, pose.yaw) == pytest.approx((x, y, yaw), abs=1e-9)
 
 
-def test_the_first_odometry_ties_the_frames_together():
+def test_motion_in_odom_is_turned_into_the_map_from_the_first_on():
     localiser = OdometryLocaliser(Pose(2.0, 3.0, math.pi / 2))
     localiser.on_odom(odometry(10.0, -4.0, 1.0))
     assert close(localiser.pose_map, 2.0, 3.0, math.pi / 2)
-
-
-def test_motion_in_odom_is_turned_into_the_map():
     localiser = OdometryLocaliser(Pose(2.0, 3.0, math.pi / 2))
     localiser.on_odom(odometry(0.0, 0.0, 0.0))
     localiser.on_odom(odometry(1.0, 0.5, 0.2, 10))
     assert close(localiser.pose_map, 1.5, 4.0, math.pi / 2 + 0.2)
     assert close(localiser.map_from_odom, 2.0, 3.0, math.pi / 2)
+    localiser = OdometryLocaliser(Pose(1.0, 2.0, 0.5))
+    assert localiser.particles().tolist() == [[1.0, 2.0, 0.5]]
 
 
 def test_an_initial_pose_replaces_the_estimate_and_later_motion_adds_to_it():
@@ -40,11 +39,6 @@ def test_an_initial_pose_replaces_the_estimate_and_later_motion_adds_to_it():
     localiser.on_odom(Odometry(11, step, Twist()))
     expected = Pose(-5.0, 1.0, -1.0).compose(Pose(0.4, 0.0, 0.1))
     assert close(localiser.pose_map, expected.x, expected.y, expected.yaw)
-
-
-def test_there_is_one_hypothesis_where_the_robot_is():
-    localiser = OdometryLocaliser(Pose(1.0, 2.0, 0.5))
-    assert localiser.particles().tolist() == [[1.0, 2.0, 0.5]]
 
 
 def test_the_pose_gets_less_certain_with_the_way_driven_until_one_is_given():

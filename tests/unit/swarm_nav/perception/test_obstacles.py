@@ -17,7 +17,6 @@ from swarm_nav.perception.obstacle_kernels import Beam, HitLimits
 from swarm_nav.perception.obstacles import CELL, ObstacleLayer
 from swarm_nav.planning.distance_kernels import Place, sample
 from swarm_nav.reservation.tube import padded
-from swarm_nav.traffic.robot_state import RobotState
 from tests.fakes.navigation import beacon, hear, robot_in, room, waffle
 from tests.oracles import control as oracle
 
@@ -26,48 +25,48 @@ MIDDLE = Pose(3.0, 3.0, 0.0)
 LIDAR = LidarSpec(0.0, 0.0, 0.1)
 
 
-def scan(hits: dict[int, float], rays: int = 360, increment: float = math.tau / 360) -> Scan:
+def scan(hits, rays=360, increment=math.tau / 360):
     ranges = np.full(rays, np.inf, np.float32)
     for ray, distance in hits.items():
         ranges[ray] = distance
     return Scan(0, 0.0, increment, 0.12, 3.5, ranges)
 
 
-def layer() -> ObstacleLayer:
+def layer():
     return ObstacleLayer(CostmapConfig(), LIDAR)
 
 
-def test_an_unexplained_hit_is_marked_where_it_is():
+def test_an_unexplained_hit_is_marked_where_it_is_and_a_mapped_wall_is_not():
     s, marks = robot_in(HALL, MIDDLE), layer()
     marks.update(scan({0: 1.0, 90: 0.8}), MIDDLE, s.terrain, s.neighbors)
     assert sorted(map(tuple, marks.points.round(3).tolist())) == [(3.0, 3.8), (4.0, 3.0)]
-
-
-def test_marks_turn_with_the_robot_and_its_lidar():
+    s, marks = robot_in(HALL, Pose(1.0, 3.0, 0.0)), layer()
+    marks.update(scan({180: 0.93}), s.pose, s.terrain, s.neighbors)
+    assert len(marks.points) == 0
     mounted = LidarSpec(0.1, 0.0, 0.1, yaw=math.pi / 2)
     s, marks = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), mounted)
     marks.update(scan({0: 1.0}), Pose(3.0, 3.0, math.pi / 2), s.terrain, s.neighbors)
     assert marks.points.round(3).tolist() == [[2.0, 3.1]]
 
 
-def test_a_ray_that_passes_through_clears_and_one_that_ends_before_does_not():
+def test_rays_clear_what_they_pass_and_marks_are_rounded_to_cells():
     s, marks = robot_in(HALL, MIDDLE), layer()
     marks.update(scan({0: 1.0, 90: 1.0}), MIDDLE, s.terrain, s.neighbors)
     marks.update(scan({0: 0.5, 90: 2.0}), MIDDLE, s.terrain, s.neighbors)
     assert (4.0, 3.0) in map(tuple, marks.points.round(3).tolist())
     assert (3.0, 4.0) not in map(tuple, marks.points.round(3).tolist())
+    s, marks = robot_in(HALL, MIDDLE), layer()
+    marks.update(scan({ray: 1.0 for ray in range(0, 30)}), MIDDLE, s.terrain, s.neighbors)
+    assert np.allclose(marks.points / CELL, np.round(marks.points / CELL))
+    assert len(np.unique(marks.points, axis=0)) == len(marks.points)
+    marks.clear()
+    assert len(marks.points) == 0
 
 
 @pytest.mark.parametrize("distance", [2.6, 3.4])
 def test_a_hit_beyond_the_marking_range_is_not_marked(distance):
     s, marks = robot_in(room(12.0, 12.0), Pose(6.0, 6.0, 0.0)), layer()
     marks.update(scan({0: distance}), s.pose, s.terrain, s.neighbors)
-    assert len(marks.points) == 0
-
-
-def test_mapped_walls_are_not_marked():
-    s, marks = robot_in(HALL, Pose(1.0, 3.0, 0.0)), layer()
-    marks.update(scan({180: 0.93}), s.pose, s.terrain, s.neighbors)
     assert len(marks.points) == 0
 
 
@@ -80,8 +79,7 @@ def test_robots_that_say_where_they_are_are_not_marked_and_clear_old_marks():
     assert len(marks.points) == 0
 
 
-def silent(s: RobotState, ticks: int, **fields: object) -> None:
-    """Let the robot hear robot 2 at (4, 3), and nothing more for a time."""
+def silent(s, ticks, **fields):
     hear(s, beacon(2, 4.0, 3.0, **fields))
     s.tick += ticks
     s.neighbors.refresh(s.tick)
@@ -105,11 +103,11 @@ def test_no_mark_is_erased_because_of_an_old_beacon(ticks):
     assert (3.9, 3.0) in map(tuple, marks.points.round(3).tolist())
 
 
-def seeing() -> ObstacleLayer:
+def seeing():
     return ObstacleLayer(CostmapConfig(), LIDAR, waffle().footprint)
 
 
-def waffles_beacon(**fields: object) -> dict[str, object]:
+def waffles_beacon(**fields):
     points, size = padded(np.array(waffle().footprint), FOOTPRINT_POINTS)
     return {"footprint": points, "footprint_size": size, **fields}
 
@@ -177,7 +175,7 @@ def test_where_somebody_walked_is_remembered_for_a_while():
     assert len(marks.walked(s.tick + WALKED_TICKS)) == 0
 
 
-def test_what_stands_has_not_walked():
+def test_what_stands_has_not_walked_and_invalid_ranges_are_nothing():
     s, marks = robot_in(HALL, MIDDLE), layer()
     for _ in range(20):
         s.tick += 1
@@ -185,9 +183,6 @@ def test_what_stands_has_not_walked():
         marks.update(seen, MIDDLE, s.terrain, s.neighbors)
     assert len(marks.points) > 0
     assert len(marks.walked(s.tick)) == 0
-
-
-def test_invalid_ranges_neither_mark_nor_clear():
     s, marks = robot_in(HALL, MIDDLE), layer()
     marks.update(scan({0: 1.0}), MIDDLE, s.terrain, s.neighbors)
     marks.update(scan({0: math.nan, 90: math.nan, 180: 0.0}), MIDDLE, s.terrain, s.neighbors)
@@ -204,15 +199,6 @@ def test_a_lidar_that_looks_ahead_only_does_not_clear_behind():
     free = Scan(1, -math.pi / 2, math.pi / 180, 0.12, 3.5, np.full(180, np.inf, np.float32))
     marks.update(free, Pose(3.0, 3.0, math.pi - 0.3), s.terrain, s.neighbors)
     assert len(marks.points) == 1
-
-
-def test_marks_are_rounded_to_cells_and_forgotten_on_request():
-    s, marks = robot_in(HALL, MIDDLE), layer()
-    marks.update(scan({ray: 1.0 for ray in range(0, 30)}), MIDDLE, s.terrain, s.neighbors)
-    assert np.allclose(marks.points / CELL, np.round(marks.points / CELL))
-    assert len(np.unique(marks.points, axis=0)) == len(marks.points)
-    marks.clear()
-    assert len(marks.points) == 0
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -8,19 +8,10 @@ import numpy as np
 import pytest
 import shapely
 
-from swarm_common.model.records import Pose, RobotSpec, Twist
+from swarm_common.model.records import Pose, Twist
 from swarm_describe.robots.loading import load_robot
 from swarm_nav.core.config import NavConfig
-from swarm_nav.planning.oblong import (
-    LEAST_GAP,
-    MOUTH_BEND,
-    RIM_SPACING,
-    WALL_GAP,
-    Oblong,
-    Slots,
-    cover,
-)
-from swarm_nav.planning.terrain import Terrain
+from swarm_nav.planning.oblong import LEAST_GAP, MOUTH_BEND, RIM_SPACING, WALL_GAP, Oblong, cover
 from swarm_nav.traffic.robot_state import terrain_of
 from tests.fakes.navigation import room, waffle
 
@@ -29,34 +20,36 @@ ACCELERATION = (1.0, 2.0)
 
 
 @functools.cache
-def carrier() -> RobotSpec:
+def carrier():
     """1.2 x 0.6 m; the circle around it needs 1.34 m."""
     return load_robot("carrier")
 
 
 @functools.cache
-def outline() -> Oblong:
+def outline():
     found = Oblong.of(carrier())
     assert found is not None
     return found
 
 
 @functools.cache
-def hall(gap: float) -> Terrain:
-    """Return a hall of 9 x 5 m that a wall divides, with a gap in its middle."""
+def hall(gap):
     low, high = 2.5 - gap / 2, 2.5 + gap / 2
     walls = room(9.0, 5.0, (4.3, 0.0, 4.7, low), (4.3, high, 4.7, 5.0))
     return terrain_of(NavConfig(), carrier(), walls)
 
 
-def slots(gap: float) -> Slots:
+def slots(gap):
     found = hall(gap).lattice.slots
     assert found is not None
     return found
 
 
-def test_a_robot_that_is_nearly_round_is_planned_with_its_circle():
+def test_what_is_a_slot_for_an_oblong_robot():
     assert Oblong.of(waffle()) is None
+    found = slots(0.9)
+    assert found.is_slot(np.array(((4.55, 2.55), (2.0, 2.5)))).tolist() == [True, False]
+    assert not slots(0.9).is_slot(np.array(((-1.0, 2.5), (4.55, 99.0)))).any()
 
 
 @pytest.mark.parametrize("gap", [LEAST_GAP, WALL_GAP])
@@ -70,18 +63,9 @@ def test_what_is_outside_polygon_and_discs_keeps_the_gap_but_for_the_rim_spacing
     assert distances[is_outside].min() >= math.sqrt(gap**2 - (RIM_SPACING / 2.0) ** 2)
 
 
-def test_a_gap_between_its_width_and_its_circle_is_a_slot_along_its_line():
-    found = slots(0.9)
-    assert found.is_slot(np.array(((4.55, 2.55), (2.0, 2.5)))).tolist() == [True, False]
-
-
 @pytest.mark.parametrize("gap", [0.5, 2.2])
 def test_what_is_too_narrow_or_wide_enough_to_turn_in_is_none(gap):
     assert not slots(gap).is_slot(np.array(((4.55, 2.55), (4.45, 2.45)))).any()
-
-
-def test_outside_the_map_there_is_no_slot():
-    assert not slots(0.9).is_slot(np.array(((-1.0, 2.5), (4.55, 99.0)))).any()
 
 
 def test_a_course_is_cut_where_it_enters_and_leaves_a_slot():
@@ -98,7 +82,7 @@ def test_a_small_bend_is_turned_on_the_spot_at_a_mouth_only():
     inside = found.is_slot(np.column_stack((x, np.full(len(x), 2.55))))
     mouth = int(np.flatnonzero(inside)[0])
 
-    def bent_at(k: int) -> list[int]:
+    def bent_at(k):
         path = np.column_stack((x, np.full(len(x), 2.55)))
         path[: k + 1, 1] -= 2.0 * MOUTH_BEND * (x[k] - x[: k + 1])
         return found.corners(path, 0.5).tolist()

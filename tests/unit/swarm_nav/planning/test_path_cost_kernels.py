@@ -6,7 +6,6 @@ import math
 import numpy as np
 import pytest
 
-from swarm_common.model.records import FloatArray
 from swarm_nav.planning.distance_kernels import Frame
 from swarm_nav.planning.path_cost_kernels import Layers, clears, nearest_index, path_cost
 
@@ -14,7 +13,7 @@ FRAME = Frame(0.0, 0.0, 0.5)
 REACH, TOLERANCE, GAIN = 0.6, 2, 8
 
 
-def layers(base: float, lane: float, heading: tuple[float, float]) -> Layers:
+def layers(base, lane, heading):
     shape = (8, 8)
     return Layers(
         np.full(shape, base, np.float32),
@@ -23,7 +22,7 @@ def layers(base: float, lane: float, heading: tuple[float, float]) -> Layers:
     )
 
 
-def line(*corners: tuple[float, float], spacing: float = 0.1) -> FloatArray:
+def line(*corners, spacing=0.1):
     pieces = [np.array(corners[:1])]
     for a, b in itertools.pairwise(corners):
         count = round(math.dist(a, b) / spacing)
@@ -40,19 +39,13 @@ def test_a_metre_costs_more_the_more_it_goes_against_the_lane(heading, lane_cost
     assert cost == pytest.approx(2.0 * (1.5 + lane_cost + 0.25))
 
 
-def test_walls_and_robots_cost_no_more_than_their_limit():
+def test_costs_of_walls_end_and_points_on_top_of_each_other_cost_nothing():
     wall = layers(1e9, 0.0, (1.0, 0.0))
     extra = np.full((8, 8), 1e9, np.float32)
     assert path_cost(line((1.0, 1.0), (2.0, 1.0)), FRAME, wall, extra) == pytest.approx(1003.0)
-
-
-def test_points_on_top_of_each_other_cost_nothing():
     extra = np.zeros((8, 8), np.float32)
     points = np.array(((1.0, 1.0), (1.0, 1.0)))
     assert path_cost(points, FRAME, layers(1.0, 1.0, (1.0, 0.0)), extra) == 0.0
-
-
-def test_the_nearest_point_is_the_first_of_those_as_near():
     way = np.array(((0.0, 1.0), (2.0, 0.0), (0.0, -1.0)))
     assert nearest_index(way, 0.0, 0.0) == (0, 1.0)
     assert nearest_index(way, 1.5, 0.0) == (1, 0.25)

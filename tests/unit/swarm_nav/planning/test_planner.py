@@ -20,46 +20,57 @@ ROOM = room(6.0, 4.0, (2.5, 0.0, 2.65, 2.8))
 SPLIT = room(6.0, 4.0, (2.5, 0.0, 2.65, 4.0))
 
 
-def planner_for(grid: Grid, parameters: NavConfig | None = None) -> Planner:
+def planner_for(grid, parameters=None):
     parameters = parameters or NavConfig()
     body = waffle().circumscribed_radius
     terrain = terrain_for(grid, parameters.planner, parameters.costmap, body)
     return Planner(terrain, parameters.planner)
 
 
-def plan(planner: Planner, start: tuple[float, float], goal: tuple[float, float]) -> np.ndarray:
+def plan(planner, start, goal):
     return planner.plan(start, goal, planner.no_extra())
 
 
-def test_a_way_across_an_open_hall_is_straight():
+def test_ways_are_straight_through_points_and_equal_everywhere():
     path = plan(planner_for(room(16.0, 16.0)), (5.0, 8.0), (11.0, 8.6))
     assert path_length(path) == pytest.approx(math.hypot(6.0, 0.6), rel=0.02)
     assert np.allclose(path[[0, -1]], ((5.0, 8.0), (11.0, 8.6)))
-
-
-def test_a_plan_through_points_meets_each_once():
+    steps = np.hypot(*np.diff(plan(planner_for(ROOM), (1.0, 1.0), (5.0, 1.0)), axis=0).T)
+    assert steps.max() < 1.25 * SPACING
     planner = planner_for(room(16.0, 16.0))
     points = [(5.0, 8.0), (9.0, 8.0), (9.0, 12.0)]
     path = planner.plan_through(points)
     assert all((np.hypot(*(path - point).T) < 1e-6).sum() == 1 for point in points)
     assert path_length(path) == pytest.approx(8.0, rel=0.02)
     assert planner.plan_through(points[:1]).shape == (0, 2)
+    planner = planner_for(ROOM)
+    first = plan(planner, (1.0, 1.0), (5.0, 1.0))
+    again = plan(planner_for(ROOM), (1.0, 1.0), (5.0, 1.0))
+    assert np.array_equal(first, again)
 
 
-def test_points_of_a_path_are_evenly_spaced():
-    steps = np.hypot(*np.diff(plan(planner_for(ROOM), (1.0, 1.0), (5.0, 1.0)), axis=0).T)
-    assert steps.max() < 1.25 * SPACING
-
-
-def test_robots_wait_where_it_is_allowed_and_nobody_needs_the_place():
+def test_places_are_free_reachable_and_outside_of_others():
     planner = planner_for(ROOM)
     taken, allowed = planner.no_extra(), np.zeros(planner.lattice.base.shape, np.uint8)
     taken[2, 3:5], allowed[2, 4:6] = 1.0, 2
     assert np.argwhere(planner.free_places(taken, allowed)).tolist() == [[2, 5]]
     assert planner.free_places(taken).sum() == taken.size - 2
+    planner = planner_for(ROOM)
+    places = np.zeros(planner.lattice.base.shape, np.uint8)
+    places[10, 50] = 1
+    assert planner.nearest((1.0, 1.0), planner.no_extra(), places, 1.0) is None
+    path = planner.nearest((1.0, 1.0), planner.no_extra(), places, 20.0)
+    assert np.allclose(path[-1], (5.05, 1.05))
+    planner = planner_for(ROOM)
+    extra = planner.no_extra()
+    row, column = divmod(planner.lattice.node_of(1.0, 1.0) or 0, extra.shape[1])
+    extra[row, column] = WALL
+    node = planner.lattice.node_of(1.0, 1.0, extra)
+    assert node is not None
+    assert extra.ravel()[node] == 0.0
 
 
-def clearances(planner: Planner, path: np.ndarray) -> np.ndarray:
+def clearances(planner, path):
     return np.array([planner.terrain.clearance(x, y) for x, y in path])
 
 
@@ -139,55 +150,22 @@ def test_a_goal_deep_in_a_thick_wall_is_occupied():
     assert error.value.code is ErrorCode.GOAL_OCCUPIED
 
 
-def test_extra_costs_lead_around_a_crowd():
+def test_crowds_and_closed_cells_are_led_around():
     planner = planner_for(room(8.0, 6.0))
     extra = planner.no_extra()
     extra[20:40, 35:45] = 30.0
     path = planner.plan((2.0, 3.0), (6.0, 3.0), extra)
     inside = (np.abs(path - (4.0, 3.0)) < (0.4, 0.9)).all(axis=1)
     assert not inside.any()
-
-
-def test_closed_cells_are_no_way_through():
     planner = planner_for(ROOM)
     extra = planner.no_extra()
     extra[:, 20:22] = WALL
     with pytest.raises(PlanError, match="every way is closed by obstacles") as error:
         planner.plan((1.0, 1.0), (5.0, 1.0), extra)
     assert error.value.code is ErrorCode.NO_VALID_PATH
-
-
-def test_unknown_space_is_a_wall_unless_allowed():
     cells = room(6.0, 4.0).cells.copy()
     cells[:, 50:53] = UNKNOWN
     grid = Grid(cells, 0.05, 0.0, 0.0)
     assert len(plan(planner_for(grid), (1.0, 1.0), (5.0, 1.0))) > 2
     with pytest.raises(PlanError):
         plan(planner_for(grid, config(planner__allow_unknown=False)), (1.0, 1.0), (5.0, 1.0))
-
-
-def test_the_nearest_place_is_none_out_of_reach():
-    planner = planner_for(ROOM)
-    places = np.zeros(planner.lattice.base.shape, np.uint8)
-    places[10, 50] = 1
-    assert planner.nearest((1.0, 1.0), planner.no_extra(), places, 1.0) is None
-    path = planner.nearest((1.0, 1.0), planner.no_extra(), places, 20.0)
-    assert path is not None
-    assert np.allclose(path[-1], (5.05, 1.05))
-
-
-def test_a_start_outside_other_discs_is_preferred():
-    planner = planner_for(ROOM)
-    extra = planner.no_extra()
-    row, column = divmod(planner.lattice.node_of(1.0, 1.0) or 0, extra.shape[1])
-    extra[row, column] = WALL
-    node = planner.lattice.node_of(1.0, 1.0, extra)
-    assert node is not None
-    assert extra.ravel()[node] == 0.0
-
-
-def test_plans_are_equal_in_every_process():
-    planner = planner_for(ROOM)
-    first = plan(planner, (1.0, 1.0), (5.0, 1.0))
-    again = plan(planner_for(ROOM), (1.0, 1.0), (5.0, 1.0))
-    assert np.array_equal(first, again)

@@ -18,7 +18,7 @@ STEP = 0.1
 class Maze:
     """A random lattice with walls, lanes and other robots."""
 
-    def __init__(self, seed: int, height: int = 12, width: int = 14) -> None:
+    def __init__(self, seed, height=12, width=14):
         rng = np.random.default_rng(seed)
         shape = (height, width)
         self.base = (1.0 + rng.random(shape)).astype(np.float32)
@@ -33,14 +33,14 @@ class Maze:
         self.width = width
         self.space = SearchSpace(self.base, self.lane, self.heading, STEP)
 
-    def edges(self, with_others: bool = True) -> oracle.Edges:
+    def edges(self, with_others=True):
         extra = self.extra if with_others else np.zeros_like(self.extra)
         return oracle.edges(self.base, self.lane, self.heading, extra, STEP)
 
-    def cost_to_go(self) -> np.ndarray:
+    def cost_to_go(self):
         return self.space.cost_to_go(self.goal)
 
-    def astar(self) -> tuple[list[int], int]:
+    def astar(self):
         nodes, expansions = self.space.cheapest(
             self.start, self.goal, self.extra, self.cost_to_go()
         )

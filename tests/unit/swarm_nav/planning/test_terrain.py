@@ -16,30 +16,31 @@ from swarm_nav.planning.terrain import Terrain, terrain_for
 from tests.fakes.navigation import config, room, waffle
 
 
-def terrain(grid: Grid) -> Terrain:
+def terrain(grid):
     parameters = NavConfig()
     body = waffle().circumscribed_radius
     return terrain_for(grid, parameters.planner, parameters.costmap, body)
 
 
-def plan(grid: Grid, start: tuple[float, float], goal: tuple[float, float]) -> np.ndarray:
+def plan(grid, start, goal):
     parameters = NavConfig()
     planner = Planner(terrain(grid), parameters.planner)
     return planner.plan(start, goal, planner.no_extra())
 
 
-def test_the_clearance_ends_at_the_face_of_a_wall():
+def test_the_clearance_ends_at_the_face_of_a_wall_and_nodes_where_the_robot_does_not_fit():
     here = terrain(room(6.0, 4.0))
     assert here.clearance(1.025, 2.025) == pytest.approx(0.975, abs=0.011)
     assert here.clearance(3.0, 0.02) == pytest.approx(0.0, abs=0.011)
-
-
-def test_equal_maps_share_one_terrain():
+    lattice = terrain(room(6.0, 4.0)).lattice
+    closed = lattice.base >= WALL
+    assert (lattice.clearance[closed] < 0.238 + 0.036).all()
+    assert (lattice.clearance[~closed] >= 0.238 + 0.034).all()
     assert terrain(room(3.0, 3.0)) is terrain(room(3.0, 3.0))
     assert terrain(room(3.0, 3.0)) is not terrain(room(3.0, 3.1))
 
 
-def test_both_directions_keep_right_in_a_corridor():
+def test_lanes_keep_right_in_corridors_and_around_islands():
     corridor = room(12.0, 1.8)
     middle = slice(40, -40)
     east = plan(corridor, (0.6, 0.9), (11.4, 0.9))[middle]
@@ -47,9 +48,15 @@ def test_both_directions_keep_right_in_a_corridor():
     assert east[:, 1].max() < 0.9 - 0.25
     assert west[:, 1].min() > 0.9 + 0.25
     assert west[:, 1].min() - east[:, 1].max() > 2 * 0.285  # two robots pass
+    path = plan(room(8.0, 8.0, (3.0, 3.0, 5.0, 5.0)), (1.5, 4.0), (6.5, 4.0))
+    middle = path[np.abs(path[:, 0] - 4.0) < 0.5, 1]
+    if middle[0] > 4.0:  # clockwise, with the island on the right
+        assert middle.max() < 6.5
+    else:
+        assert middle.max() < 1.5
 
 
-def slanted_corridor(angle: float) -> Grid:
+def slanted_corridor(angle):
     """Return a corridor 2.2 m wide and 12 m long at an angle, through (7, 7)."""
     rows, columns = np.indices((280, 280))
     x, y = (columns + 0.5) * 0.05 - 7.0, (rows + 0.5) * 0.05 - 7.0
@@ -72,27 +79,18 @@ def test_lanes_follow_a_slanted_wall(degrees):
         assert (side * offset).min() > 0.2
 
 
-def test_around_an_island_the_wall_on_the_right_is_the_nearer_one():
-    path = plan(room(8.0, 8.0, (3.0, 3.0, 5.0, 5.0)), (1.5, 4.0), (6.5, 4.0))
-    middle = path[np.abs(path[:, 0] - 4.0) < 0.5, 1]
-    if middle[0] > 4.0:  # clockwise, with the island on the right
-        assert middle.max() < 6.5
-    else:
-        assert middle.max() < 1.5
-
-
-def test_a_wide_hall_has_no_lanes():
+def test_lanes_are_where_two_robots_do_not_fit():
     lattice = terrain(room(12.0, 12.0)).lattice
     middle = (slice(50, 70), slice(50, 70))
     assert not lattice.lane[middle].any()
     assert (lattice.base[middle] == 1.0).all()
-
-
-def test_nodes_end_where_the_robot_does_not_fit():
-    lattice = terrain(room(6.0, 4.0)).lattice
-    closed = lattice.base >= WALL
-    assert (lattice.clearance[closed] < 0.238 + 0.036).all()
-    assert (lattice.clearance[~closed] >= 0.238 + 0.034).all()
+    grid = room(12.0, 1.8)
+    body = waffle().circumscribed_radius
+    light, heavy = (
+        Terrain(grid, c.planner, c.costmap, body).lattice.lane.max()
+        for c in (config(planner__lane_weight=1.0), config(planner__lane_weight=6.0))
+    )
+    assert heavy == pytest.approx(6.0 * light)
 
 
 def test_robots_park_in_halls_and_on_wide_median_strips_only():
@@ -105,16 +103,6 @@ def test_robots_park_in_halls_and_on_wide_median_strips_only():
     parked = np.flatnonzero(aisle.parking[:, 60]) * 0.1
     assert len(parked) > 0
     assert np.abs(parked - 1.5).max() < 0.3
-
-
-def test_a_heavier_lane_weight_makes_the_wrong_side_dearer():
-    grid = room(12.0, 1.8)
-    body = waffle().circumscribed_radius
-    light, heavy = (
-        Terrain(grid, c.planner, c.costmap, body).lattice.lane.max()
-        for c in (config(planner__lane_weight=1.0), config(planner__lane_weight=6.0))
-    )
-    assert heavy == pytest.approx(6.0 * light)
 
 
 def test_every_station_of_the_factory_hall_is_reached_from_every_other():

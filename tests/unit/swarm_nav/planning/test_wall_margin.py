@@ -27,7 +27,7 @@ inside = st.tuples(st.floats(0.4, WIDTH - 0.4), st.floats(0.4, HEIGHT - 0.4))
 beside = st.tuples(st.floats(-0.8, 0.8), st.floats(-0.8, 0.8))
 
 
-def wall_distances(planner: Planner, path: np.ndarray) -> np.ndarray:
+def wall_distances(planner, path):
     """Return the exact distance of each point (n, 2) to the nearest occupied square."""
     grid = planner.terrain.grid
     rows, columns = np.nonzero(grid.cells == OCCUPIED)
@@ -44,23 +44,16 @@ def wall_distances(planner: Planner, path: np.ndarray) -> np.ndarray:
     )
 
 
-def offset(distance: float, angle: float) -> tuple[float, float]:
+def offset(distance, angle):
     return distance * math.cos(angle), distance * math.sin(angle)
 
 
-def dense(path: np.ndarray) -> np.ndarray:
-    """Return points every few millimetres along a polyline (n, 2)."""
+def dense(path):
     k = np.arange(0.0, len(path) - 1 + 1e-9, 0.1)
     return np.column_stack([np.interp(k, np.arange(len(path)), path[:, a]) for a in (0, 1)])
 
 
-def check(
-    walls: list[tuple[float, float, float, float]],
-    start: tuple[float, float],
-    goal: tuple[float, float],
-    others: list[tuple[float, float]],
-    is_smooth: bool,
-) -> None:
+def check(walls, start, goal, others, is_smooth):
     grid = room(WIDTH, HEIGHT, *((x, y, x + w, y + h) for x, y, w, h in walls))
     parameters = NavConfig()
     body = waffle().circumscribed_radius
@@ -95,12 +88,7 @@ def check(
 def test_a_way_keeps_the_margin_of_the_nodes(is_smooth, count):
     @settings(max_examples=count, deadline=None)
     @given(boxes, inside, inside, st.lists(beside, max_size=3))
-    def keeps(
-        walls: list[tuple[float, float, float, float]],
-        start: tuple[float, float],
-        goal: tuple[float, float],
-        others: list[tuple[float, float]],
-    ) -> None:
+    def keeps(walls, start, goal, others):
         check(walls, start, goal, others, is_smooth)
 
     keeps()

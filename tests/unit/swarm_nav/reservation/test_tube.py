@@ -11,27 +11,29 @@ from swarm_nav.reservation.tube import REMEMBERED, TOLERANCE, Tube, padded
 HOME = Pose(0.0, 0.0, 0.0)
 
 
-def tube_along_x(length: float = 2.0, confirmations: int = 3) -> Tube:
+def tube_along_x(length=2.0, confirmations=3):
     tube = Tube(HOME, confirmations, 0.35, 0.35)
     tube.adopt(np.column_stack((np.arange(0.0, length, 0.05), np.zeros(round(length / 0.05)))))
     return tube
 
 
-def test_a_new_tube_holds_the_place_under_the_robot_only():
+def test_a_new_tube_holds_its_place_until_confirmed_as_often_as_said():
     tube = Tube(HOME, 3, 0.35, 0.35)
     held, wanted, intent = tube.publish(HOME, 0)
     assert held.tolist() == [[0.0, 0.0]]
     assert len(wanted) == 0
     assert len(intent) == 1
     assert tube.is_complete
-
-
-def test_space_is_confirmed_after_it_was_requested_in_every_one_of_m_beacons():
     tube = tube_along_x()
     for _ in range(3):
         assert tube.span[2] == -1
         tube.publish(HOME, 0)
     assert tube.span == (0, 7, 7)
+    tube = tube_along_x(confirmations=5)
+    for count in range(5):
+        assert tube.span[2] == -1, count
+        tube.publish(HOME, 0)
+    assert tube.span[2] == 7
 
 
 @pytest.mark.parametrize("change", ["withdraw", "adopt", "cut", "release", "reset"])
@@ -59,13 +61,6 @@ def test_a_withdrawn_or_changed_request_starts_the_count_again(change):
         assert tube.span[2] == -1
 
 
-def test_a_withdrawal_lasts_for_one_beacon():
-    tube = tube_along_x()
-    tube.withdraw()
-    assert len(tube.publish(HOME, 0)[1]) == 0
-    assert len(tube.publish(HOME, 0)[1]) == 7
-
-
 def test_a_plan_continues_from_the_stop_point_and_keeps_what_is_held():
     tube = tube_along_x()
     tube.stop = 5
@@ -76,15 +71,12 @@ def test_a_plan_continues_from_the_stop_point_and_keeps_what_is_held():
     assert tube.stop_point == pytest.approx((0.25, 0.0))
 
 
-def test_cutting_gives_up_what_is_not_held():
+def test_plans_are_cut_and_released_space_never_grows():
     tube = tube_along_x()
     tube.stop = 5
     tube.cut()
     assert len(tube.points) == 6
     assert tube.is_complete
-
-
-def test_releasing_shrinks_and_never_grows():
     tube = tube_along_x()
     tube.near, tube.stop = 2, 9
     tube.release_beyond(5)
@@ -105,7 +97,7 @@ def test_the_beacon_has_the_held_path_and_fits_its_arrays():
     assert np.allclose(np.diff(intent, axis=0), (0.1, 0.0))
 
 
-def test_a_robot_that_was_pushed_out_of_its_space_announces_where_it_is():
+def test_a_robot_pushed_or_put_elsewhere_is_a_point_of_its_path():
     tube = tube_along_x()
     tube.stop = 5
     for aside, is_out in ((TOLERANCE - 0.001, False), (TOLERANCE + 0.001, True)):
@@ -113,6 +105,12 @@ def test_a_robot_that_was_pushed_out_of_its_space_announces_where_it_is():
         assert len(held) == 6 + is_out
         assert np.allclose(held[-6:], tube.points[:6])
     assert held[0] == pytest.approx((0.1, aside))
+    tube = tube_along_x()
+    tube.tail, tube.near, tube.stop = 1, 3, 5
+    tube.shrink_to_place(Pose(0.16, 0.03, 0.0))
+    assert np.allclose(tube.points, ((0.16, 0.0),))
+    tube.shrink_to_place(Pose(0.16, 0.06, 0.0))
+    assert np.allclose(tube.points, ((0.16, 0.0),))
 
 
 def test_a_robot_that_stands_on_its_stop_holds_that_place_only():
@@ -128,15 +126,6 @@ def test_a_robot_that_stands_on_its_stop_holds_that_place_only():
     assert np.allclose(tube.publish(Pose(0.23, 0.01, 0.0), 0)[0], ((0.25, 0.0),))
 
 
-def test_a_place_that_is_put_anew_is_a_point_of_the_held_path():
-    tube = tube_along_x()
-    tube.tail, tube.near, tube.stop = 1, 3, 5
-    tube.shrink_to_place(Pose(0.16, 0.03, 0.0))
-    assert np.allclose(tube.points, ((0.16, 0.0),))
-    tube.shrink_to_place(Pose(0.16, 0.06, 0.0))
-    assert np.allclose(tube.points, ((0.16, 0.0),))
-
-
 def test_the_nearest_point_is_that_of_the_path_also_while_it_follows_the_robot():
     tube = tube_along_x()
     tube.stop = 5
@@ -149,13 +138,10 @@ def test_the_nearest_point_is_that_of_the_path_also_while_it_follows_the_robot()
         tube.follow_robot(tail)
 
 
-def test_what_is_held_never_outgrows_the_beacon():
+def test_what_is_held_fits_the_beacon():
     tube = tube_along_x()
     tube.near = tube.stop = 20  # it stands, and does not give up what is behind it
     assert tube.span[1] == HELD_POINTS - 2
-
-
-def test_the_longest_claim_that_parameters_allow_fits_the_beacon():
     longest = TrafficConfig(held_length=0.8, wanted_length=0.4)
     tube = Tube(HOME, 3, longest.held_length, longest.wanted_length)
     tube.adopt(np.column_stack((np.arange(0.0, 3.0, 0.05), np.zeros(60))))
@@ -163,6 +149,11 @@ def test_the_longest_claim_that_parameters_allow_fits_the_beacon():
     held, wanted, _ = tube.publish(HOME, 0)
     assert np.allclose(held[-1], tube.stop_point)
     assert len(wanted) == WANTED_POINTS
+    block, size = padded(np.ones((5, 2)), 3)
+    assert (block.shape, size) == ((3, 2), 3)
+    block, size = padded(np.ones((1, 2)), 3)
+    assert size == 1
+    assert block[1:].tolist() == [[0.0, 0.0], [0.0, 0.0]]
 
 
 def test_the_robots_index_follows_it_but_not_across_a_loop():
@@ -173,7 +164,7 @@ def test_the_robots_index_follows_it_but_not_across_a_loop():
     assert tube.near == 4
 
 
-def test_corners_are_where_the_path_bends_more_than_the_limit():
+def test_lengths_and_corners_of_the_path_ahead():
     tube = Tube(HOME, 3, 0.35, 0.35)
     east = np.column_stack((np.arange(0.0, 0.5, 0.05), np.zeros(10)))
     north = np.column_stack((np.full(5, 0.45), np.arange(0.05, 0.3, 0.05)))
@@ -182,28 +173,9 @@ def test_corners_are_where_the_path_bends_more_than_the_limit():
     assert tube.next_corner() == 9
     tube.near = 9
     assert tube.next_corner() == len(tube.points) - 1
-
-
-def test_the_length_ahead_starts_at_the_robot():
     tube = tube_along_x(1.0)
     tube.near = 4
     assert tube.length_ahead() == pytest.approx(0.75)
-
-
-def test_padding_cuts_at_the_capacity():
-    block, size = padded(np.ones((5, 2)), 3)
-    assert (block.shape, size) == ((3, 2), 3)
-    block, size = padded(np.ones((1, 2)), 3)
-    assert size == 1
-    assert block[1:].tolist() == [[0.0, 0.0], [0.0, 0.0]]
-
-
-def test_the_number_of_confirmations_is_a_parameter():
-    tube = tube_along_x(confirmations=5)
-    for count in range(5):
-        assert tube.span[2] == -1, count
-        tube.publish(HOME, 0)
-    assert tube.span[2] == 7
 
 
 @pytest.mark.parametrize("count", [50, 64, 65, 150])
@@ -220,7 +192,7 @@ def test_requests_are_remembered_with_their_ticks_until_one_changes(count):
     assert len(tube.requests) == 0
 
 
-def test_what_is_published_has_zeros_behind_it():
+def test_requests_are_published_with_zeros_behind_them():
     tube = Tube(HOME, 3, 0.35, 0.35)
     tube.adopt(np.column_stack((np.arange(0.0, 4.0, 0.05), np.zeros(80))))
     tube.stop = 30
@@ -230,9 +202,6 @@ def test_what_is_published_has_zeros_behind_it():
     held, wanted, intent = tube.publish(HOME, 1)
     assert (held.tolist(), len(wanted), len(intent)) == ([[0.0, 0.0]], 0, 1)
     assert not tube.published.any()
-
-
-def test_more_requests_than_are_remembered_push_out_the_oldest():
     tube = Tube(HOME, 3, 0.35, 0.35)
     for tick in range(40):
         tube.publish(HOME, tick)

@@ -21,7 +21,7 @@ ALL_REQUESTS = np.array([(k, k) for k in range(100)])  # point k was requested s
 RULES = {kernels.REACHED: "", kernels.OBSTACLE: "obstacle", kernels.RIGHT_OF_WAY: "G5"}
 
 
-def claims(others: list[oracle.Other], tick: int = 100) -> tuple:
+def claims(others, tick=100):
     neighbors = NeighborTable(OWN_ID, TrafficConfig(lost_ticks=200))
     records = []
     for other in others:
@@ -39,9 +39,9 @@ def claims(others: list[oracle.Other], tick: int = 100) -> tuple:
 
 
 def grow(
-    path: np.ndarray, span: tuple[int, int, int], own: oracle.Own, others: list[oracle.Other],
-    obstacles: np.ndarray = NOTHING, clearance: float = 0.5,
-) -> tuple[int, int, int]:  # fmt: skip
+    path, span, own, others,
+    obstacles = NOTHING, clearance = 0.5,
+):  # fmt: skip
     published = np.array(own.published, np.float32)
     return kernels.extend(
         np.ascontiguousarray(path, np.float64), span,
@@ -54,25 +54,22 @@ def grow(
 STRAIGHT = np.column_stack((np.arange(0.0, 1.0, 0.05), np.zeros(20)))
 
 
-def me(**changes: object) -> oracle.Own:
+def me(**changes):
     values: dict = dict(id=5, radius=RADIUS, priority=100, yields_for=0, published=[(0.0, 0.0)])
     return oracle.Own(**(values | changes))
 
 
-def other(x: float, y: float = 0.0, **changes: object) -> oracle.Other:
+def other(x, y=0.0, **changes):
     values: dict = dict(
         id=9, age=1, is_gone=False, priority=50, radius=RADIUS, blocked=0, held=[(x, y)]
     )
     return oracle.Other(**(values | changes))
 
 
-def test_nobody_near_lets_the_tube_grow_over_all_that_is_confirmed():
+def test_nobody_near_lets_it_grow_and_held_tubes_keep_the_sum_of_radii():
     assert grow(STRAIGHT, (0, 7, 7), me(), []) == (7, kernels.REACHED, -1)
     assert grow(STRAIGHT, (0, 7, 4), me(), []) == (4, kernels.UNCONFIRMED, -1)
     assert grow(STRAIGHT, (0, 7, -1), me(), []) == (0, kernels.UNCONFIRMED, -1)
-
-
-def test_g2_a_held_tube_is_kept_at_the_sum_of_both_radii():
     stop, reason, row = grow(STRAIGHT, (0, 7, 7), me(), [other(0.8)])
     assert (stop, reason, row) == (4, kernels.ROBOT, 0)
     assert 0.8 - STRAIGHT[stop, 0] >= REACH > 0.8 - STRAIGHT[stop + 1, 0]
@@ -109,15 +106,12 @@ def test_g2_only_the_part_of_a_request_before_my_held_tube_counts():
     assert grow(STRAIGHT, path, me(published=[(0.0, -2.0)]), [contested])[0] == 0
 
 
-def test_g3_space_is_taken_only_when_every_robot_in_hearing_has_acknowledged_the_request():
+def test_g3_space_is_taken_when_all_in_hearing_have_acknowledged():
     for acknowledged in (-1, 0, 3, 6, 7):
         near = other(1.5, 1.0, acknowledged=acknowledged)
         stop, reason, _ = grow(STRAIGHT, (0, 7, 7), me(), [other(0.0, 1.0, id=2), near])
         assert stop == max(0, acknowledged)
         assert reason == (kernels.REACHED if stop == 7 else kernels.UNCONFIRMED)
-
-
-def test_g3_who_is_out_of_hearing_or_gone_need_not_acknowledge():
     within = other(0.0, 5.5, acknowledged=-1)
     assert grow(STRAIGHT, (0, 7, 7), me(), [within]) == (0, kernels.UNCONFIRMED, -1)
     far = other(0.0, 5.6, acknowledged=-1)
@@ -134,32 +128,13 @@ def test_g5_a_blocked_higher_robots_way_is_kept_clear(ticks):
     assert (reason == kernels.RIGHT_OF_WAY) == (ticks >= 3 and stop < 7)
 
 
-def test_g5_spares_who_makes_way_who_is_inside_and_who_is_higher():
+def test_g5_spares_who_makes_way_by_the_slack_only():
     crossing = [(0.6, 0.4 - 0.1 * k) for k in range(8)]
     entitled = other(0.6, 1.2, priority=900, blocked=9, intent=crossing)
     assert grow(STRAIGHT, (0, 7, 7), me(), [entitled])[1] == kernels.RIGHT_OF_WAY
     assert grow(STRAIGHT, (0, 7, 7), me(yields_for=9), [entitled])[0] == 7
     assert grow(STRAIGHT, (0, 7, 7), me(priority=901), [entitled])[0] == 7
     assert grow(STRAIGHT + np.array((0.1, 0.0)), (0, 7, 7), me(), [entitled])[0] == 7
-
-
-def test_a_gone_robot_keeps_all_that_it_held_and_requested():
-    wanted = [(0.95 - 0.05 * k, 0.0) for k in range(4)]
-    gone = other(1.0, age=40, is_gone=True, priority=0, wanted=wanted)
-    stop, reason, _ = grow(STRAIGHT, (0, 15, 15), me(), [gone])
-    assert reason == kernels.ROBOT
-    assert 0.8 - STRAIGHT[stop, 0] >= REACH - 1e-6
-    assert stop == 4
-
-
-def test_who_stands_in_what_a_gone_robot_requested_may_leave_it():
-    gone = other(-0.9, age=40, is_gone=True, priority=900, wanted=[(-0.4, 0.0), (-0.35, 0.0)])
-    assert grow(STRAIGHT, (0, 7, 7), me(), [gone])[0] == 7
-    ahead = other(0.9, age=40, is_gone=True, priority=900, wanted=[(0.4, 0.0), (0.35, 0.0)])
-    assert grow(STRAIGHT, (0, 7, 7), me(), [ahead])[0] == 0
-
-
-def test_who_makes_way_may_pass_by_the_slack_but_not_more():
     near = other(0.3, REACH - 0.015)
     nearer = other(0.3, REACH - 0.025)
     assert grow(STRAIGHT, (0, 12, 12), me(), [near])[0] < 12
@@ -167,14 +142,24 @@ def test_who_makes_way_may_pass_by_the_slack_but_not_more():
     assert grow(STRAIGHT, (0, 12, 12), me(yields_for=9), [nearer])[0] < 12
 
 
-def test_a_tube_that_is_already_too_near_may_grow_away_only():
+def test_a_gone_robot_keeps_its_space_and_who_stands_in_it_may_leave():
+    wanted = [(0.95 - 0.05 * k, 0.0) for k in range(4)]
+    gone = other(1.0, age=40, is_gone=True, priority=0, wanted=wanted)
+    stop, reason, _ = grow(STRAIGHT, (0, 15, 15), me(), [gone])
+    assert reason == kernels.ROBOT
+    assert 0.8 - STRAIGHT[stop, 0] >= REACH - 1e-6
+    assert stop == 4
+    gone = other(-0.9, age=40, is_gone=True, priority=900, wanted=[(-0.4, 0.0), (-0.35, 0.0)])
+    assert grow(STRAIGHT, (0, 7, 7), me(), [gone])[0] == 7
+    ahead = other(0.9, age=40, is_gone=True, priority=900, wanted=[(0.4, 0.0), (0.35, 0.0)])
+    assert grow(STRAIGHT, (0, 7, 7), me(), [ahead])[0] == 0
+
+
+def test_growth_beside_too_near_tubes_and_obstacles():
     behind = other(-0.5)
     assert grow(STRAIGHT, (0, 7, 7), me(), [behind])[0] == 7
     ahead = other(0.5)
     assert grow(STRAIGHT, (0, 7, 7), me(), [ahead])[0] == 0
-
-
-def test_an_obstacle_ends_the_tube_and_may_be_left():
     wall = np.array(((0.8, 0.0),))
     stop, reason, _ = grow(STRAIGHT, (0, 7, 7), me(), [], wall)
     assert (stop, reason) == (6, kernels.OBSTACLE)

@@ -15,13 +15,13 @@ STOP = 40
 SLACK = 0.06
 
 
-def overlap(other: np.void, radius: float = RADIUS, tick: int | None = None) -> int:
+def overlap(other, radius=RADIUS, tick=None):
     s = robot_in(HALL, Pose(2.0, 4.0, 0.0))
     hear(s, other, tick=tick)
     return int(first_overlap(PATH, 0, STOP, radius, SLACK, s.neighbors.columns()))
 
 
-def by_hand(other: tuple[float, float], radius: float) -> int:
+def by_hand(other, radius):
     reach = radius + RADIUS - SLACK
     gaps = [math.dist(point, other) for point in PATH[: STOP + 1]]
     near = [k for k in range(1, STOP + 1) if gaps[k] < reach and gaps[k] < gaps[0]]
@@ -34,11 +34,8 @@ def test_the_first_point_that_is_too_near_is_found(other, radius):
     assert overlap(beacon(7, *other), radius) == by_hand(other, radius)
 
 
-def test_a_robot_whose_place_overlaps_already_may_drive_away():
+def test_who_overlaps_may_drive_away_and_who_is_silent_takes_nothing():
     assert overlap(beacon(7, 1.8, 4.0), RADIUS + 0.2) == STOP + 1
-
-
-def test_a_silent_robot_takes_nothing():
     near = beacon(7, 3.0, 4.2)
     assert overlap(near) <= STOP
     assert overlap(near, tick=50) == STOP + 1

@@ -1,7 +1,5 @@
 """A robot's end of its link to its courier."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 
@@ -16,13 +14,13 @@ from swarm_nav.ros.courier_link import CourierLink
 class Graph:
     """A node whose publishers keep what is published."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.sent: list[Any] = []
 
-    def create_publisher(self, *_: object) -> Graph:
+    def create_publisher(self, *_):
         return self
 
-    def publish(self, data: bytes) -> None:
+    def publish(self, data):
         self.sent.append(data)
 
 

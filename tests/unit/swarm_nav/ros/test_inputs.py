@@ -34,21 +34,12 @@ def test_a_tick_is_complete_with_its_last_part_in_any_order(order):
     assert third.scan is not None
 
 
-def test_between_scans_odometry_and_neighbors_suffice():
+def test_a_tick_waits_for_what_its_robot_has():
     answers = feed(TickInputs(2), 3, ["odom", "neighbors"])
     assert answers[1].scan is None
-
-
-def test_a_lidar_of_10_hz_is_waited_for_at_every_tick():
     assert feed(TickInputs(1), 3, ["odom", "neighbors"]) == [None, None]
-
-
-def test_without_lidar_no_scan_is_waited_for():
     for tick in range(3):
         assert feed(TickInputs(0), tick, ["odom", "neighbors"])[1].tick == tick
-
-
-def test_a_battery_is_waited_for_once_a_second():
     inputs = TickInputs(0, has_battery=True)
     assert feed(inputs, 9, ["odom", "neighbors"])[1].battery is None
     assert feed(inputs, 10, ["odom", "neighbors"]) == [None, None]
@@ -57,21 +48,15 @@ def test_a_battery_is_waited_for_once_a_second():
     assert inputs.add_battery(reading).battery is reading
 
 
-def test_repeats_are_recognised_and_not_decided_twice():
+def test_what_was_lost_or_comes_twice_is_dropped():
     inputs = TickInputs(2)
     assert feed(inputs, 1, ["odom", "neighbors"])[1] is not None
     assert inputs.is_repeat(1)
     assert feed(inputs, 1, ["odom", "neighbors"]) == [None, None]
-
-
-def test_an_incomplete_tick_is_dropped_when_a_later_one_is_complete():
     inputs = TickInputs(2)
     feed(inputs, 1, ["odom"])
     assert feed(inputs, 3, ["odom", "neighbors"])[1].tick == 3
     assert feed(inputs, 1, ["neighbors"]) == [None]
-
-
-def test_lost_parts_do_not_pile_up():
     inputs = TickInputs(2)
     for tick in range(3 * MAX_OPEN):
         inputs.add_odom(odom(tick))

@@ -17,15 +17,12 @@ def parse(**changes):
     return parse_node_settings("Srobot3", ROBOT | {"robot_id": 3} | changes, "file")
 
 
-def test_everything_has_a_default_but_robot_and_id():
+def test_a_nested_file_with_whole_numbers_and_defaults(tmp_path):
     settings = parse()
     assert settings.robot_id == 3
     assert settings.spec == dataclasses.replace(SPEC, sensors=IDEAL)  # the world's secret
     assert settings.fixed["use_sim_time"] is True
     assert settings.config.goal_checker.xy_goal_tolerance == 0.25
-
-
-def test_nested_file_with_wildcard_and_node(tmp_path):
     path = tmp_path / "p.yaml"
     tree = {
         "/**": {"ros__parameters": {"goal_checker": {"xy_goal_tolerance": 0.3}, "robot_id": 9}},
@@ -34,9 +31,6 @@ def test_nested_file_with_wildcard_and_node(tmp_path):
     path.write_text(yaml.safe_dump(tree), encoding="utf-8")
     settings = read_node_settings("Srobot3", path)
     assert (settings.robot_id, settings.config.goal_checker.xy_goal_tolerance) == (3, 0.3)
-
-
-def test_whole_numbers_serve_as_floats():
     assert parse(**{"initial_pose.x": 2}).initial_pose_map.x == 2.0
 
 

@@ -6,7 +6,6 @@ import pytest
 from swarm_common.model.records import Pose, Twist
 from swarm_nav.traffic.arbiter import MARGIN_STEP, Arbiter
 from swarm_nav.traffic.held_space_rules import GROWTH_SLACK, DropUnused
-from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lanes import SingleLanes
 from tests.fakes.decisions import act, arbiter_of, guard
 from tests.fakes.navigation import beacon, hear, robot_in, room
@@ -15,7 +14,7 @@ HALL = room(8.0, 8.0)
 START = Pose(2.0, 4.0, 0.0)
 
 
-def on_a_path(held: int = 0) -> tuple[RobotState, Arbiter]:
+def on_a_path(held=0):
     """Return a robot on a path of 2 m eastwards that has requested its first points long enough."""
     s = robot_in(HALL, START)
     s.tube.adopt(np.column_stack((np.arange(2.0, 4.0, 0.05), np.full(40, 4.0))))
@@ -25,23 +24,18 @@ def on_a_path(held: int = 0) -> tuple[RobotState, Arbiter]:
     return s, Arbiter(s, SingleLanes())
 
 
-def test_requested_space_that_nobody_holds_is_taken():
+def test_requested_space_that_nobody_holds_is_taken_and_no_more():
     s, reservation = on_a_path()
     reservation.extend()
     assert s.tube.stop > 0
     assert s.has_grown
-
-
-def test_a_whole_path_that_is_held_does_not_grow():
-    """A robot without a refuge said so in one tick of ten, and did not look for one in between."""
+    # A robot without a refuge said so in one tick of ten, and did not look for one in
+    # between.
     s, reservation = on_a_path()
     reservation.extend()
     s.tube.stop = len(s.tube.points) - 1
     reservation.extend()
     assert not s.has_grown
-
-
-def test_nothing_is_taken_while_the_robot_listens():
     s, reservation = on_a_path()
     s.listening_since = s.tick - s.config.traffic.listen_ticks + 1
     reservation.extend()
@@ -60,16 +54,13 @@ def test_a_robot_ahead_blocks_and_is_named():
     assert (s.blocked_by, s.blocked_ticks) == (0, 0)
 
 
-def test_held_space_ends_before_what_the_lidar_sees_in_it():
+def test_held_space_ends_before_what_the_lidar_sees_but_for_what_it_stands_beside():
     s, _ = on_a_path(held=30)
     s.obstacles.points = np.array(((3.0, 4.0),))
     guard(s)
     end = s.tube.points[s.tube.stop, 0]
     assert 0.0 <= 3.0 - s.obstacle_clearance - end < 0.11
     assert s.obstacle_ticks == 1
-
-
-def test_what_the_robot_already_stands_beside_does_not_hold_it():
     s, _ = on_a_path(held=30)
     s.obstacles.points = np.array(((1.8, 4.0),))
     guard(s)
@@ -105,7 +96,7 @@ def test_the_announced_margin_grows_in_steps_and_shrinks_late():
     assert s.radius == least
 
 
-def test_a_claim_without_motion_is_dropped_after_a_while():
+def test_a_claim_without_motion_is_dropped_and_one_in_use_is_kept():
     s, _ = on_a_path(held=5)
     unused = DropUnused(s)
     patience = s.ticks(s.config.traffic.stuck_time)
@@ -114,9 +105,6 @@ def test_a_claim_without_motion_is_dropped_after_a_while():
     s.tick += 1
     act(s, unused.propose(s))
     assert len(s.tube.points) == 1
-
-
-def test_a_claim_in_use_is_kept():
     s, _ = on_a_path(held=20)
     unused = DropUnused(s)
     for _ in range(100):

@@ -3,22 +3,18 @@
 import numpy as np
 import pytest
 
-from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
 from swarm_nav.core.rank import CLASS_DRIVING, CLASS_HOLDING, base_priority, inherited_by_holder
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate, label_of
 from swarm_nav.traffic.lease import Lease
-from swarm_nav.traffic.robot_state import RobotState
 from tests.fakes.decisions import leave
 from tests.fakes.navigation import beacon, hear, let_walk, robot_in, room
 
 HALL = room(9.0, 9.0)
 
 
-def idle_robot(
-    *others: np.void, x: float = 4.5, grid: Grid = HALL
-) -> tuple[Departure, Gate, RobotState]:
+def idle_robot(*others, x=4.5, grid=HALL):
     """Return a robot that stands in or beside a region, 4.0 < x < 5.0 m, and hears others."""
     s = robot_in(grid, Pose(x, 4.5, 0.0))
     region = np.zeros(s.planner.lattice.base.shape, np.int16)
@@ -28,7 +24,7 @@ def idle_robot(
     return Departure(gate, Lease()), gate, s
 
 
-def wait(departure: Departure, s: RobotState, seconds: float) -> bool:
+def wait(departure, s, seconds):
     """Let it be idle for some time; return whether it leaves at the end."""
     leaves = False
     for _ in range(round(seconds * 10.0)):
@@ -37,13 +33,18 @@ def wait(departure: Departure, s: RobotState, seconds: float) -> bool:
     return leaves
 
 
-def test_who_stands_inside_while_somebody_waits_leaves_for_a_place_outside():
+def test_who_stands_inside_leaves_for_a_place_outside():
     departure, gate, s = idle_robot(beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40))
     assert not wait(departure, s, s.config.traffic.wait_time - 0.2)
     assert wait(departure, s, 0.5)
     x, y = s.tube.points[-1]
     assert gate.region is not None
     assert not label_of(gate.region, s.planner.lattice.frame, x, y)
+    asking = beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40)
+    for x in (4.5, 6.5):
+        departure, _, s = idle_robot(asking, x=x)
+        departure._has_left = True
+        assert wait(departure, s, s.config.traffic.wait_time + 0.5) is (x == 4.5)
 
 
 @pytest.mark.parametrize(("x", "leaves"), [(4.5, True), (6.5, True), (10.0, False)])
@@ -70,14 +71,6 @@ def test_who_has_left_leaves_the_floor_before_the_region_as_well(x, leaves):
     assert (s.donations.station > 0) is (x == 4.5)
 
 
-def test_where_all_floor_is_before_the_region_only_who_is_inside_leaves():
-    asking = beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40)
-    for x in (4.5, 6.5):
-        departure, _, s = idle_robot(asking, x=x)
-        departure._has_left = True
-        assert wait(departure, s, s.config.traffic.wait_time + 0.5) is (x == 4.5)
-
-
 def test_without_floor_wide_enough_to_park_it_leaves_for_a_place_where_others_get_past():
     s = robot_in(room(9.0, 2.4), Pose(4.5, 1.2, 0.0))
     assert not s.planner.lattice.parking.any()
@@ -89,13 +82,10 @@ def test_without_floor_wide_enough_to_park_it_leaves_for_a_place_where_others_ge
     assert not label_of(region, s.planner.lattice.frame, x, y)
 
 
-def test_nobody_leaves_for_those_who_are_admitted_or_do_not_ask():
+def test_nobody_leaves_unasked_or_outside():
     for gate_tick in (0, 1):
         departure, _, s = idle_robot(beacon(2, 2.0, 4.5, gate_tick=gate_tick, priority=1 << 40))
         assert not wait(departure, s, 10.0)
-
-
-def test_outside_or_without_a_region_nobody_leaves():
     asking = beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40)
     departure, gate, s = idle_robot(asking, x=6.5)
     assert not wait(departure, s, 10.0)
@@ -104,14 +94,11 @@ def test_outside_or_without_a_region_nobody_leaves():
     assert not wait(departure, s, 10.0)
 
 
-def test_a_goal_or_a_pusher_ends_it_and_time_begins_anew():
+def test_a_goal_or_a_pusher_or_its_place_ends_it():
     departure, _, s = idle_robot(beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40))
     assert wait(departure, s, s.config.traffic.wait_time + 0.5)
     assert not leave(departure, s, False)
     assert not wait(departure, s, s.config.traffic.wait_time - 0.2)
-
-
-def test_it_is_over_where_it_wanted_to_go():
     departure, _, s = idle_robot(beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40))
     assert wait(departure, s, s.config.traffic.wait_time + 0.5)
     x, y = s.tube.points[-1]
@@ -206,7 +193,7 @@ LONG_AISLE = room(9.0, 14.0, (0.05, 0.05, 1.35, 9.0), (2.35, 0.05, 8.95, 9.0))
 STATION = (1.85, 0.5)
 
 
-def done_at_station(grid: Grid) -> tuple[Departure, Lease, RobotState]:
+def done_at_station(grid):
     """Return a robot that has just reached its last station, at the end of a blind aisle."""
     s = robot_in(grid, Pose(*STATION, 0.0))
     lease = Lease()
@@ -216,7 +203,7 @@ def done_at_station(grid: Grid) -> tuple[Departure, Lease, RobotState]:
     return Departure(Gate(None), lease), lease, s
 
 
-def in_alcove(*others: np.void) -> tuple[Departure, RobotState]:
+def in_alcove(*others):
     """Return a robot without a goal at the end of a blind aisle, where its last station was."""
     departure, lease, s = done_at_station(ALCOVE)
     for _ in range(40):

@@ -4,7 +4,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from swarm_common.model.records import Pose
 from swarm_nav.core.rank import SENIORITY
@@ -14,7 +13,6 @@ from swarm_nav.planning.distance_kernels import Frame
 from swarm_nav.planning.search_kernels import WALL
 from swarm_nav.traffic import gate_kernels as kernels
 from swarm_nav.traffic.gate import ADMITTED, MOST_AREA, NONE, Gate, label_of, narrow_region
-from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lane_kernels import label_at
 from tests.fakes.decisions import arbiter_of
 from tests.fakes.navigation import beacon, hear, robot_in, room, seen
@@ -72,17 +70,28 @@ def test_the_kernels_equal_their_slow_twins(seed):
     assert cells == oracle.cells_within(region, FRAME, (1.0, 1.0), 0.83)
 
 
-def region_of(s: RobotState, *stations: tuple[float, float]) -> NDArray[np.int16] | None:
+def region_of(s, *stations):
     return narrow_region(s.terrain, stations, s.usual_radius)
 
 
-def test_a_hall_alone_has_no_narrow_region():
+def test_what_is_no_region():
     s = robot_in(HALL, Pose(4.5, 4.5, 0.0))
     assert region_of(s, (4.5, 4.5)) is None
     assert region_of(s) is None
+    # Any corner within 2 m of two walls counted as narrow, and closed a free station in it.
+    s = robot_in(HALL, Pose(4.5, 4.5, 0.0))
+    assert region_of(s, (0.5, 0.5)) is None
+    # In a hall that lay askew in its map all floor that robots reach was one region.
+    outside = (0.0, 4.2, 28.0, 4.6)
+    s = robot_in(room(28.0, 14.0, (2.5, 1.4, 25.5, 1.8), outside), Pose(1.0, 3.0, 0.0))
+    region = region_of(s, (14.0, 0.7), (14.0, 3.0))
+    assert region is not None
+    frame = s.planner.lattice.frame
+    places = ((14.0, 0.7), (14.0, 3.0), (14.0, 9.0))
+    assert [label_at(region, frame, x, y) for x, y in places] == [1, 0, 0]
 
 
-def gate_and_robot(*others: np.void) -> tuple[Gate, object]:
+def gate_and_robot(*others):
     """Return a robot west of a region, with its way into it, and its gate."""
     s = robot_in(HALL, Pose(3.0, 4.5, 0.0))
     s.tube.adopt(np.column_stack((np.arange(3.0, 6.0, 0.05), np.full(60, 4.5))))
@@ -93,19 +102,16 @@ def gate_and_robot(*others: np.void) -> tuple[Gate, object]:
     return Gate(region), s
 
 
-def ask(
-    gate: Gate, s: object, *, has_turn: bool = True, is_driving: bool = True, priority: int = 5
-) -> None:
+def ask(gate, s, *, has_turn=True, is_driving=True, priority=5):
     gate.update(s, has_turn=has_turn, is_driving=is_driving, priority=lambda: priority)
 
 
-def crowd(priority: int, count: int = 12) -> list[np.void]:
-    """Return robots that fill the region, on their way to goals with a priority."""
+def crowd(priority, count=12):
     driving = priority + (SENIORITY + 1)
     return [beacon(k, 5.2, 0.6 * k - 0.6, priority=driving) for k in range(2, 2 + count)]
 
 
-def test_a_robot_whose_way_leads_in_asks_and_is_admitted_where_there_is_room():
+def test_who_asks_is_admitted_with_room_or_the_rank_it_was_lent():
     gate, s = gate_and_robot()
     ask(gate, s)
     assert gate.asked_tick == s.tick
@@ -113,6 +119,12 @@ def test_a_robot_whose_way_leads_in_asks_and_is_admitted_where_there_is_room():
     assert gate.announced == ADMITTED
     ask(gate, s, has_turn=False)
     assert gate.announced == NONE
+    # Gate and lease waited for each other for ever.
+    gate, s = gate_and_robot(*crowd(7))
+    ask(gate, s, priority=5)
+    assert gate.is_closed
+    ask(gate, s, priority=8)  # inherited
+    assert gate.is_admitted
 
 
 def test_a_full_region_is_waited_for_until_room_or_rank_admits():
@@ -130,23 +142,11 @@ def test_a_full_region_is_waited_for_until_room_or_rank_admits():
     assert gate.is_admitted, "nobody ranks above it"
 
 
-def test_the_holder_of_a_lease_enters_with_the_rank_of_who_waits_for_it():
-    """Gate and lease waited for each other for ever."""
-    gate, s = gate_and_robot(*crowd(7))
-    ask(gate, s, priority=5)
-    assert gate.is_closed
-    ask(gate, s, priority=8)  # inherited
-    assert gate.is_admitted
-
-
-def test_who_waits_for_a_lease_takes_no_place_at_the_gate():
+def test_who_waits_for_a_lease_or_is_blocked_takes_no_place_at_the_gate():
     gate, s = gate_and_robot(*crowd(9))
     ask(gate, s)
     ask(gate, s, has_turn=False)
     assert gate.announced == NONE
-
-
-def test_who_is_blocked_before_the_mouth_takes_no_place():
     for blocked, is_admitted in ((0, False), (31, True)):
         others = [
             beacon(k, 4.0, 0.6 * k - 0.6, priority=9 + SENIORITY + 1, gate_tick=ADMITTED,
@@ -161,7 +161,6 @@ def test_who_is_blocked_before_the_mouth_takes_no_place():
 def test_who_waits_away_from_the_mouth_is_admitted_where_there_is_room():
     """Room was counted where it waits: parked 6 m away it saw none, and the aisle stayed empty."""
     gate, s = gate_and_robot(*crowd(9))
-    assert gate.region is not None
     gate.region[:, 50:70] = 1
     ask(gate, s)
     assert gate.is_closed
@@ -176,7 +175,6 @@ def test_who_waits_away_from_the_mouth_is_admitted_where_there_is_room():
 def test_who_was_seen_inside_beyond_hearing_takes_a_place(inside, is_admitted):
     """At the mouth of a long aisle only its beginning is heard: 49 robots were in room for 18."""
     gate, s = gate_and_robot()
-    assert gate.region is not None
     gate.region[:, 50:70] = 1  # 16 m², room for six
     hear(s, *crowd(9, 1), *seen(s.tick, *((6.5, 1.0 + 0.9 * k) for k in range(inside))))
     ask(gate, s)
@@ -193,7 +191,6 @@ def test_who_was_seen_inside_beyond_hearing_takes_a_place(inside, is_admitted):
 
 def test_who_was_seen_in_another_region_takes_no_place():
     gate, s = gate_and_robot()
-    assert gate.region is not None
     gate.region[:, 60:80] = 2
     hear(s, *crowd(9, 1), *seen(s.tick, *((6.5, 1.0 + 0.8 * k) for k in range(9))))
     gate.region[:, 50:54] = 1
@@ -221,19 +218,12 @@ def test_room_at_the_mouth_is_the_same_wherever_the_robot_asks():
     areas = []
     for x in (1.0, 4.0):
         gate, s = gate_and_robot(*crowd(9))
-        assert gate.region is not None
         gate.region[:, 50:70] = 1
         s.pose = Pose(x, 4.5, 0.0)
         s.tube.adopt(np.column_stack((np.arange(x, 6.0, 0.05), np.full(round((6 - x) * 20), 4.5))))
         gate._look_at(s)
         areas.append(gate._area)
     assert areas[0] == areas[1] > 16.0
-
-
-def test_a_corner_is_no_region():
-    """Any corner within 2 m of two walls counted as narrow, and closed a free station in it."""
-    s = robot_in(HALL, Pose(4.5, 4.5, 0.0))
-    assert region_of(s, (0.5, 0.5)) is None
 
 
 AISLES = room(28.0, 4.2, (2.5, 1.4, 25.5, 1.8))  # 1.4 m and 2.4 m wide
@@ -247,17 +237,6 @@ def test_a_narrow_aisle_is_a_region_where_all_ways_are_narrow():
     frame = s.planner.lattice.frame
     places = ((14.0, 0.7), (5.0, 0.7), (14.0, 3.0), (1.0, 0.7))
     assert [label_at(region, frame, x, y) for x, y in places] == [1, 1, 0, 0]
-
-
-def test_floor_outside_of_the_walls_is_no_open_floor():
-    """In a hall that lay askew in its map all floor that robots reach was one region."""
-    outside = (0.0, 4.2, 28.0, 4.6)
-    s = robot_in(room(28.0, 14.0, (2.5, 1.4, 25.5, 1.8), outside), Pose(1.0, 3.0, 0.0))
-    region = region_of(s, (14.0, 0.7), (14.0, 3.0))
-    assert region is not None
-    frame = s.planner.lattice.frame
-    places = ((14.0, 0.7), (14.0, 3.0), (14.0, 9.0))
-    assert [label_at(region, frame, x, y) for x, y in places] == [1, 0, 0]
 
 
 def test_who_stands_beside_the_nodes_of_a_region_is_in_it():
@@ -291,20 +270,14 @@ def test_an_aisle_is_a_region_where_the_narrow_part_around_it_never_is_full(monk
     narrow_region.cache_clear()
 
 
-def test_inside_nothing_is_asked():
+def test_where_nothing_is_asked():
     gate, s = gate_and_robot()
     s.pose = Pose(5.2, 4.5, 0.0)
     ask(gate, s)
     assert gate.announced == NONE
-
-
-def test_a_way_to_a_refuge_does_not_ask():
     gate, s = gate_and_robot()
     ask(gate, s, is_driving=False)
     assert gate.announced == NONE
-
-
-def test_who_need_not_go_in_any_more_stops_waiting():
     gate, s = gate_and_robot(*crowd(9))
     ask(gate, s)
     assert gate.is_closed
@@ -323,7 +296,6 @@ def test_the_floor_before_a_region_follows_region_and_depth():
         gate.region = np.zeros(lattice.base.shape, np.int16)
         gate.region[:, first : first + 10] = 1
         forecourt = gate.forecourt(lattice, depth)
-        assert forecourt is not None
         columns = np.flatnonzero(forecourt[45])
         assert (columns[0], columns[-1]) == (first - depth * 10, first + 9 + depth * 10)
         assert gate.forecourt(lattice, depth) is forecourt

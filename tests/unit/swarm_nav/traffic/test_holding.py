@@ -8,7 +8,6 @@ import pytest
 from swarm_common.model.records import Pose
 from swarm_nav.core.config import NavConfig
 from swarm_nav.traffic.holding import PARKING_DISTANCE, HoldingPattern, parking_path
-from swarm_nav.traffic.robot_state import RobotState
 from tests.fakes.decisions import hold
 from tests.fakes.navigation import RADIUS, beacon, config, hear, robot_in, room
 
@@ -18,17 +17,15 @@ RING = ((3.0, 3.0), (9.0, 3.0), (9.0, 9.0), (3.0, 9.0))
 NEAR = Pose(6.0, 2.8, 0.0)
 
 
-def nowhere() -> None:
+def nowhere():
     """Keep nothing free."""
 
 
-def pattern(with_circuit: bool = True) -> HoldingPattern:
+def pattern(with_circuit=True):
     return HoldingPattern({"ring": RING} if with_circuit else {}, [STATION])
 
 
-def holding(
-    mode: str, pose: Pose = NEAR, with_circuit: bool = True, *others: np.void
-) -> tuple[RobotState, HoldingPattern]:
+def holding(mode, pose=NEAR, with_circuit=True, *others):
     parameters: NavConfig = config(holding__mode=mode)
     s, here = robot_in(HALL, pose, parameters=parameters), pattern(with_circuit)
     if others:
@@ -61,44 +58,31 @@ def test_a_parking_place_behind_an_obstacle_is_given_up():
     assert here.target is not first
 
 
-def test_parked_robots_keep_apart_and_off_each_others_targets():
+def test_parked_robots_keep_apart_and_auto_joins_the_circuit():
     s = robot_in(HALL, NEAR)
     free = parking_path(s, [STATION])
-    assert free is not None
     goal = tuple(free[-1])
     hear(s, beacon(2, *goal), beacon(3, 1.0, 11.0, target=(goal[0] + 0.7, goal[1])))
     path = parking_path(s, [STATION])
-    assert path is not None
     assert math.dist(path[-1], goal) >= 2 * RADIUS + 0.1
     assert math.dist(path[-1], (goal[0] + 0.7, goal[1])) >= 2 * RADIUS + 0.1
+    assert holding("auto")[1].is_on_circuit
+    crowd = [beacon(k + 2, x, 3.0) for k, x in enumerate((4.0, 5.2, 7.0, 8.5, 9.0))]
+    assert not holding("auto", NEAR, True, *crowd)[1].is_on_circuit
 
 
-def test_there_is_no_parking_in_a_narrow_corridor():
-    s = robot_in(room(8.0, 1.8), Pose(2.0, 0.9, 0.0))
-    assert parking_path(s, []) is None
-
-
-def test_circuit_drives_around_in_the_order_of_its_points():
+def test_the_circuit_is_driven_in_order_and_goes_on_before_its_plan_ends():
     s, here = holding("circuit", Pose(6.0, 3.0, 0.0))
     assert here.is_on_circuit
     assert here.is_on_circuit
     end = s.tube.points[-1]
     assert end[0] > 8.5  # east along the south side, as the points are given
     assert np.hypot(*np.diff(s.tube.points, axis=0).T).sum() > 2.5
-
-
-def test_the_circuit_goes_on_before_its_plan_ends():
     s, here = holding("circuit", Pose(6.0, 3.0, 0.0))
     s.tube.near = s.tube.stop = len(s.tube.points) - 10
     s.tick += 20
     hold(here, s, nowhere)
     assert s.tube.length_ahead() > 2.0
-
-
-def test_auto_joins_the_circuit_while_there_is_room_and_parks_otherwise():
-    assert holding("auto")[1].is_on_circuit
-    crowd = [beacon(k + 2, x, 3.0) for k, x in enumerate((4.0, 5.2, 7.0, 8.5, 9.0))]
-    assert not holding("auto", NEAR, True, *crowd)[1].is_on_circuit
 
 
 @pytest.mark.parametrize("mode", ["auto", "circuit"])
@@ -119,10 +103,3 @@ def test_a_circuit_that_cannot_be_reached_leads_to_a_parking_place():
         s.tick += 20
     assert not here.is_on_circuit
     assert here.target is not None
-
-
-def test_leaving_gives_up_the_pattern():
-    _, here = holding("park")
-    here.leave()
-    assert here.target is None
-    assert not here.is_on_circuit

@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 from swarm_common.model.beacon import SIGHTED_ASKS
-from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_nav.core.config import HoldingConfig
 from swarm_nav.core.rank import CLASS_HOLDING, base_priority
 from swarm_nav.perception.dynamic_obstacles import WALKED_TICKS
 from swarm_nav.traffic.lease import Lease
-from swarm_nav.traffic.robot_state import RobotState
 from tests.fakes.decisions import arbiter_of
 from tests.fakes.navigation import beacon, config, hear, let_walk, robot_in, room, seen
 
@@ -21,11 +19,11 @@ STATION = (6.0, 1.0)
 NEAR = Pose(6.0, 2.8, 0.0)
 
 
-def waiting(robot: int, tick: int, station: tuple[float, float] = STATION) -> np.void:
+def waiting(robot, tick, station=STATION):
     return beacon(robot, 2.0, 10.0, station=station, station_tick=tick)
 
 
-def lease_of(s: RobotState, *others: np.void) -> Lease:
+def lease_of(s, *others):
     lease = Lease()
     lease.aim(s, STATION)
     hear(s, *others) if others else None
@@ -33,7 +31,7 @@ def lease_of(s: RobotState, *others: np.void) -> Lease:
     return lease
 
 
-def test_a_lease_is_requested_within_reach_of_the_station_and_keeps_its_tick():
+def test_a_lease_is_asked_for_near_the_station_not_behind_a_wall():
     s = robot_in(HALL, Pose(6.0, 1.1 + HoldingConfig().request_distance, 0.0))
     lease = lease_of(s)
     assert lease.tick == 0
@@ -44,9 +42,18 @@ def test_a_lease_is_requested_within_reach_of_the_station_and_keeps_its_tick():
     s.tick = 200
     lease.update(s)
     assert lease.tick == 150
+    # A robot in the next room would get its turn and then drive a long way through the queue.
+    two_rooms = room(12.0, 12.0, (0.0, 4.0, 11.0, 4.2))
+    behind = robot_in(two_rooms, Pose(2.0, 5.0, 0.0))
+    before = robot_in(two_rooms, Pose(2.0, 3.0, 0.0))
+    for s, is_near in ((behind, False), (before, True)):
+        lease = Lease()
+        lease.aim(s, (2.0, 1.5))
+        lease.update(s)
+        assert (lease.tick > 0) is is_near
 
 
-def test_the_place_is_the_number_of_earlier_requests_for_the_same_station():
+def test_the_place_is_the_number_of_earlier_requests_of_the_living():
     s = robot_in(HALL, NEAR, robot_id=5)
     lease = lease_of(
         s,
@@ -58,9 +65,6 @@ def test_the_place_is_the_number_of_earlier_requests_for_the_same_station():
         waiting(10, 40, (6.0, 9.0)),  # another station
     )
     assert lease.place == 2
-
-
-def test_a_gone_robot_holds_no_lease():
     s = robot_in(HALL, NEAR, robot_id=5)
     hear(s, waiting(2, 50), tick=60)
     lease = Lease()
@@ -114,18 +118,6 @@ def test_as_many_as_there_are_slots_may_approach(place, slots, turn):
     assert lease.is_turn(HoldingConfig(approach_slots=slots)) is turn
 
 
-def test_a_station_behind_a_wall_is_not_near():
-    """A robot in the next room would get its turn and then drive a long way through the queue."""
-    two_rooms = room(12.0, 12.0, (0.0, 4.0, 11.0, 4.2))
-    behind = robot_in(two_rooms, Pose(2.0, 5.0, 0.0))
-    before = robot_in(two_rooms, Pose(2.0, 3.0, 0.0))
-    for s, is_near in ((behind, False), (before, True)):
-        lease = Lease()
-        lease.aim(s, (2.0, 1.5))
-        lease.update(s)
-        assert (lease.tick > 0) is is_near
-
-
 @pytest.mark.parametrize(("ahead", "holds"), [(2, False), (6, False), (30, True)])
 def test_a_long_queue_holds_farther_from_the_station(ahead, holds):
     s = robot_in(HALL, Pose(6.0, 4.9, 0.0), robot_id=60)
@@ -133,22 +125,14 @@ def test_a_long_queue_holds_farther_from_the_station(ahead, holds):
     assert lease.place == ahead
     assert lease.is_too_near(s) is holds
     free = lease.kept_free(s)
-    assert free is not None
     assert free.ravel()[s.planner.lattice.node_of(*s.stop_point)] == holds
-
-
-def test_who_comes_to_the_tail_of_a_queue_joins_it():
-    s = robot_in(HALL, Pose(6.0, 6.0, 0.0), robot_id=60)
-    assert lease_of(s).tick == 0
-    lease = lease_of(s, *(waiting(robot, 50) for robot in range(1, 41)))
-    assert (lease.tick, lease.place) == (100, 40)
 
 
 ALCOVE = room(8.0, 8.0, (1.2, 6.4, 1.3, 8.0))  # 1.2 m wide and 1.6 m deep, in a corner
 DEAD_END = (0.45, 7.5)
 
 
-def in_alcove(robot: int, *others: np.void, pose: Pose) -> tuple[RobotState, Lease]:
+def in_alcove(robot, *others, pose):
     s = robot_in(ALCOVE, pose, robot_id=robot)
     hear(s, *others) if others else None
     lease = Lease()
@@ -232,7 +216,7 @@ BLIND = room(12.0, 9.0, (0.0, 0.0, 5.0, 4.0), (0.0, 5.6, 5.0, 9.0))
 OPEN = room(16.0, 9.0, (4.0, 0.0, 9.0, 4.0), (4.0, 5.6, 9.0, 9.0))
 
 
-def in_aisle(grid: Grid, deep: float, *others: np.void) -> tuple[RobotState, Lease]:
+def in_aisle(grid, deep, *others):
     s = robot_in(grid, Pose(deep + 1.0, 4.8, 0.0), robot_id=5)
     s.stations = ((deep, 4.8), (deep + 1.5, 4.8))
     hear(s, *others) if others else None
@@ -294,7 +278,7 @@ LONG = room(14.0, 9.0, (0.0, 0.0, 8.0, 4.0), (0.0, 5.0, 8.0, 9.0))  # 1 m wide, 
 END = (0.8, 4.5)
 
 
-def before_long_aisle(*others: np.void, x: float = 10.0) -> tuple[RobotState, Lease]:
+def before_long_aisle(*others, x=10.0):
     """Return a robot whose station is out of its radio's range, and its lease."""
     s = robot_in(LONG, Pose(x, 4.5, math.pi), robot_id=5)
     way = np.arange(x, END[0], -0.05)
@@ -306,18 +290,24 @@ def before_long_aisle(*others: np.void, x: float = 10.0) -> tuple[RobotState, Le
     return s, lease
 
 
-def on_the_way(asks: bool, x: float = 2.0) -> np.void:
-    """Return a robot that tells of another one, out of hearing, in the long aisle."""
+def on_the_way(asks, x=2.0):
     (teller,) = seen(95, (x, 4.5))
     teller["sighted_id"][0] |= SIGHTED_ASKS if asks else 0
     return teller
 
 
-def test_a_turn_on_long_single_lanes_is_asked_for_before_they_begin():
+def test_long_single_lanes_are_asked_for_and_waited_for_in_time():
     s, lease = before_long_aisle()
     assert s.distance_to(*END) > s.config.traffic.radio_range
     assert lease.tick == 100
     assert lease.is_turn(s.config.holding)
+
+    def too_near(ahead):
+        others = (waiting(robot, 50, END) for robot in range(20, 20 + ahead))
+        s, lease = before_long_aisle(*others, x=11.0)
+        return lease.is_too_near(s)
+
+    assert [too_near(ahead) for ahead in (1, 12)] == [False, True]
 
 
 @pytest.mark.parametrize(("asks", "x"), [(True, 2.0), (False, 2.0), (True, 10.0)])
@@ -363,15 +353,6 @@ def test_who_gets_its_goal_on_single_lanes_holds_them_until_it_is_out():
     assert (lease.station, lease.is_leaving) == (END, False)
 
 
-def test_who_waits_for_long_single_lanes_leaves_room_for_those_before_it():
-    def too_near(ahead: int) -> bool:
-        others = (waiting(robot, 50, END) for robot in range(20, 20 + ahead))
-        s, lease = before_long_aisle(*others, x=11.0)
-        return lease.is_too_near(s)
-
-    assert [too_near(ahead) for ahead in (1, 12)] == [False, True]
-
-
 def test_a_smaller_margin_that_leaves_no_single_lanes_is_taken():
     """The look-up of lanes that are not there any more ended the process."""
     wider = room(20.0, 9.0, (0.0, 0.0, 8.0, 4.0), (0.0, 5.4, 8.0, 9.0))
@@ -399,12 +380,10 @@ def test_the_queue_for_large_single_lanes_begins_beyond_all_of_their_mouths():
     assert lease.place == 6
     assert lease.is_too_near(s)
     free = lease.kept_free(s)
-    assert free is not None
     assert free.ravel()[s.planner.lattice.node_of(*s.stop_point)]
 
 
-def watch(s: RobotState, lease: Lease, seconds: float, *marks: tuple[float, float]) -> None:
-    """Let time pass while the LiDAR sees something."""
+def watch(s, lease, seconds, *marks):
     s.obstacles.points = np.array(marks).reshape(-1, 2)
     for _ in range(s.ticks(seconds)):
         s.tick += 1

@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm_common.model.beacon import FLAG_ACTIVE, FLAG_STUCK
-from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, Twist
 from swarm_nav.core.rank import (
     CLASS_DONE,
@@ -21,7 +20,6 @@ from swarm_nav.core.rank import (
 from swarm_nav.core.states import MakingWay
 from swarm_nav.traffic.arbiter import planned
 from swarm_nav.traffic.right_of_way import REFUGE_MARGIN, RightOfWay, refuge_path, way_of
-from swarm_nav.traffic.robot_state import RobotState
 from tests.fakes.decisions import act, arbiter_of, push
 from tests.fakes.navigation import RADIUS, beacon, hear, robot_in, room
 
@@ -55,16 +53,13 @@ def test_no_two_robots_have_the_same_priority(tick, robot, other_tick, other):
     assert 0 < a < 2**50
 
 
-def pushing(x: float, y: float, robot: int = 2, **changes: object) -> np.void:
-    """Return the beacon of a robot that robot 1 has blocked for long."""
+def pushing(x, y, robot=2, **changes):
     way = [(x + 0.1 * k, y) for k in range(31)]
     fields: dict = dict(intent=way, wanted=way[:4], priority=HIGH, blocked_by=1, blocked_ticks=20)
     return beacon(robot, x, y, **(fields | changes))
 
 
-def pushed(
-    pose: Pose = MIDDLE, *others: np.void, grid: Grid = HALL
-) -> tuple[RobotState, RightOfWay]:
+def pushed(pose=MIDDLE, *others, grid=HALL):
     s, right = robot_in(grid, pose), RightOfWay()
     s.priority = base_priority(CLASS_DONE, 0, 1)
     hear(s, *(others or (pushing(3.2, 4.0),)))
@@ -105,13 +100,6 @@ def test_who_gives_up_space_does_not_ask_for_it_again():
     assert s.tube.stop == 0
     assert s.tube.is_complete
     assert s.tube.span[1] == 0
-
-
-def test_who_gets_on_is_not_stuck_though_nobody_pushes_it_now():
-    s, right = pushed()
-    right.state, s.has_grown = MakingWay.STUCK, True
-    run(s, right, 1, pushing(3.2, 4.0, blocked_by=0, blocked_ticks=0))
-    assert not right.is_stuck
 
 
 def test_where_it_stands_in_the_way_is_no_refuge_though_the_nearest_node_is():
@@ -163,21 +151,11 @@ def test_who_drives_on_is_left_alone_for_a_while(ticks_blocked, is_pushed):
     assert push(right, s) is is_pushed
 
 
-def test_a_gone_robot_pushes_nobody():
-    s, right = robot_in(HALL, MIDDLE), RightOfWay()
-    hear(s, pushing(3.2, 4.0), tick=50)
-    assert s.neighbors.gone.all()
-    assert not push(right, s)
-
-
-def test_of_two_pushers_the_higher_one_counts():
+def test_the_higher_pusher_counts_and_a_gone_one_pushes_nobody():
     higher = HIGH + (1 << ID_BITS + DEPTH_BITS)
     s, _ = pushed(MIDDLE, pushing(3.2, 4.0), pushing(4.0, 4.8, 3, priority=higher))
     assert s.donations.yields_for == 3
     assert s.donations.push == higher - 1
-
-
-def test_a_higher_pusher_replaces_a_lower_one():
     s, right = pushed()
     higher = HIGH + (1 << ID_BITS + DEPTH_BITS)
     s.tick += 1
@@ -186,6 +164,10 @@ def test_a_higher_pusher_replaces_a_lower_one():
     push(right, s)
     assert s.donations.yields_for == 3
     assert s.counters.pushes == 2
+    s, right = robot_in(HALL, MIDDLE), RightOfWay()
+    hear(s, pushing(3.2, 4.0), tick=50)
+    assert s.neighbors.gone.all()
+    assert not push(right, s)
 
 
 def test_two_robots_pushed_by_one_inherit_the_same_and_are_walls_to_each_other():
@@ -195,7 +177,7 @@ def test_two_robots_pushed_by_one_inherit_the_same_and_are_walls_to_each_other()
     assert np.hypot(*(path[1:] - (4.0, 4.6)).T).min() >= REACH - 0.01
 
 
-def run(s: RobotState, right: RightOfWay, count: int, *others: np.void) -> bool:
+def run(s, right, count, *others):
     for _ in range(count):
         s.tick += 1
         hear(s, *others)
@@ -237,15 +219,14 @@ def test_who_makes_way_drives_on_to_its_refuge_while_the_pusher_comes_and_the_wa
     assert not run(s, right, s.retry_ticks + 1, coming)
 
 
-def in_a_dead_end() -> tuple[RobotState, RightOfWay]:
-    """Return a robot at the closed end of a corridor, pushed towards it."""
+def in_a_dead_end():
     way = [(1.5 - 0.1 * k, 0.45) for k in range(15)]
     return pushed(
         Pose(0.5, 0.45, 0.0), pushing(1.2, 0.45, intent=way, wanted=way[:4]), grid=CORRIDOR
     )
 
 
-def test_a_robot_without_a_refuge_says_that_it_is_stuck():
+def test_who_has_no_refuge_is_stuck_and_its_pusher_steps_back():
     s, right = in_a_dead_end()
     assert right.is_yielding
     assert right.is_stuck
@@ -253,6 +234,11 @@ def test_a_robot_without_a_refuge_says_that_it_is_stuck():
         refuge_path(s, s.stop_point, way_of(s, 0), s.reach(0) + REFUGE_MARGIN, s.donations.push)
         is None
     )
+    s, right = blocked_by_a_stuck_one()
+    assert right.is_retreating
+    assert s.counters.retreats == 1
+    assert s.donations.yields_for == 0
+    assert np.hypot(*(s.tube.points[-1] - (4.0, 4.0))) >= 0.9
 
 
 @pytest.mark.parametrize(
@@ -306,20 +292,12 @@ def test_in_a_full_room_the_place_of_a_lower_robot_is_a_refuge(flags, priority, 
         assert s.tube.points[-1][0] > 1.5
 
 
-def blocked_by_a_stuck_one(flags: int = STUCK, blocked: int = 20) -> tuple[RobotState, RightOfWay]:
+def blocked_by_a_stuck_one(flags=STUCK, blocked=20):
     s, right = robot_in(HALL, MIDDLE), RightOfWay()
     s.blocked_by, s.blocked_ticks = 2, blocked
     hear(s, beacon(2, 4.7, 4.0, flags=flags))
     push(right, s)
     return s, right
-
-
-def test_a_pusher_steps_back_from_a_stuck_robot():
-    s, right = blocked_by_a_stuck_one()
-    assert right.is_retreating
-    assert s.counters.retreats == 1
-    assert s.donations.yields_for == 0
-    assert np.hypot(*(s.tube.points[-1] - (4.0, 4.0))) >= 0.9
 
 
 @pytest.mark.parametrize(("flags", "blocked"), [(FLAG_ACTIVE, 50), (STUCK, 19)])
@@ -340,7 +318,7 @@ def test_an_equal_with_a_larger_id_does_not_bar_a_retreat(behind, steps_back):
     assert right.is_retreating is steps_back
 
 
-def test_a_retreat_lasts_for_its_time():
+def test_a_retreat_lasts_for_its_time_unless_pushed():
     s, right = blocked_by_a_stuck_one()
     s.blocked_ticks = 0
     length = s.stuck_ticks
@@ -348,6 +326,12 @@ def test_a_retreat_lasts_for_its_time():
     assert run(s, right, length - 1, stuck)
     assert not run(s, right, 1, stuck)
     assert s.tube.is_complete
+    s, right = blocked_by_a_stuck_one()
+    s.tick += 1
+    hear(s, beacon(2, 4.7, 4.0, flags=STUCK), pushing(3.2, 4.0, 3))
+    push(right, s)
+    assert not right.is_retreating
+    assert s.donations.yields_for == 3
 
 
 @pytest.mark.parametrize(("blocker", "times"), [(2, 2), (3, 1)])
@@ -363,15 +347,6 @@ def test_each_retreat_from_the_same_robot_is_farther_and_longer(blocker, times):
     s.blocked_ticks = 0
     assert run(s, right, times * s.stuck_ticks - 1, stuck)
     assert not run(s, right, 1, stuck)
-
-
-def test_being_pushed_ends_a_retreat():
-    s, right = blocked_by_a_stuck_one()
-    s.tick += 1
-    hear(s, beacon(2, 4.7, 4.0, flags=STUCK), pushing(3.2, 4.0, 3))
-    push(right, s)
-    assert not right.is_retreating
-    assert s.donations.yields_for == 3
 
 
 # two rooms of 4 m joined by a lane 8 m long and 0.9 m wide

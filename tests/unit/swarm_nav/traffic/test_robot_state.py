@@ -9,7 +9,7 @@ from swarm_common.model.records import Pose, Twist
 from swarm_nav.interfaces import Proposal
 from swarm_nav.planning.planner import SPACING
 from swarm_nav.reservation.tube import TOLERANCE
-from swarm_nav.traffic.robot_state import FEWEST_BRAKE_POINTS, RobotState, ticks_of
+from swarm_nav.traffic.robot_state import FEWEST_BRAKE_POINTS, ticks_of
 from swarm_nav.traffic.zone import lane_at
 from tests.fakes.decisions import arbiter_of
 from tests.fakes.navigation import beacon, hear, robot_in, room
@@ -17,11 +17,11 @@ from tests.fakes.navigation import beacon, hear, robot_in, room
 HALL = room(8.0, 8.0)
 
 
-def standing() -> RobotState:
+def standing():
     return robot_in(HALL, Pose(2.0, 4.0, 0.0))
 
 
-def on_a_path() -> RobotState:
+def on_a_path():
     s = standing()
     s.tube.adopt(np.column_stack((np.arange(2.0, 5.0, SPACING), np.full(60, 4.0))))
     s.tube.publish(s.pose, s.tick)
@@ -56,13 +56,7 @@ def test_a_robot_that_turns_does_not_stand(twist, stands):
     assert s.is_standing is stands
 
 
-def test_tubes_keep_the_sum_of_both_radii():
-    s = standing()
-    hear(s, beacon(7, 4.0, 4.0, radius=0.4))
-    assert s.reach(0) == pytest.approx(s.radius + 0.4)
-
-
-def test_another_priority_is_requested_anew():
+def test_a_new_map_or_priority_is_requested_anew():
     s = on_a_path()
     arbiter_of(s).announce_priorities(5, 7)
     assert (s.own_priority, s.priority) == (5, 7)
@@ -71,9 +65,6 @@ def test_another_priority_is_requested_anew():
     arbiter_of(s).announce_priorities(6, 7)  # as published before
     assert s.own_priority == 6
     assert len(s.tube.requests) == 1
-
-
-def test_a_new_map_ends_the_path_at_the_stop_point():
     s = on_a_path()
     s.tube.stop = 7
     arbiter_of(s).load_map(room(6.0, 6.0))
@@ -95,13 +86,7 @@ def test_parameters_reach_every_layer():
     assert s.terrain is not before
 
 
-def test_long_robots_only_are_confined():
-    s = robot_in(HALL, Pose(0.1, 0.1, 0.0))
-    assert not s.is_confined
-    assert (s.obstacle_clearances(np.zeros((3, 2))) == s.obstacle_clearance).all()
-
-
-def of_size(radius: float, robot: int = 2) -> np.void:
+def of_size(radius, robot=2):
     other = beacon(robot, 5.0, 5.0)
     other["footprint"][:2] = (radius, 0.0), (0.0, -radius)
     return other

@@ -12,14 +12,14 @@ from swarm_nav.core.config import NavConfig
 from swarm_nav.core.rank import OWN_DEPTH
 from swarm_nav.planning import search_kernels
 from swarm_nav.traffic import single_lane_kernels as kernels
-from swarm_nav.traffic.robot_state import RobotState, initial_state
+from swarm_nav.traffic.robot_state import initial_state
 from swarm_nav.traffic.single_lanes import SingleLanes, passing_areas, single_lanes
 from tests.fakes.navigation import beacon, hear, robot_in, room
 
 HALL = room(8.0, 8.0)
 
 
-def with_door(width: float = 0.7) -> Grid:
+def with_door(width=0.7):
     """Return the hall with a wall across its middle and a door in it."""
     cells = HALL.cells.copy()
     middle = cells.shape[1] // 2
@@ -64,7 +64,7 @@ def test_where_two_smooth_paths_do_not_fit_beside_each_other_is_a_single_lane(wi
     assert bool(passing_areas(*s.passing)[is_open].any()) is is_room
 
 
-def test_a_door_is_a_single_lane_and_a_hall_has_none():
+def test_doors_are_single_lanes_and_halls_are_not():
     open_hall, walled = robot_in(HALL, Pose(1, 4, 0)), robot_in(DOOR, Pose(1, 4, 0))
     assert single_lanes(open_hall.terrain, open_hall.radius) is None
     labels = single_lanes(walled.terrain, walled.radius)
@@ -73,22 +73,29 @@ def test_a_door_is_a_single_lane_and_a_hall_has_none():
     assert kernels.label_at(labels, frame, 4.0, 4.0) > 0
     assert kernels.label_at(labels, frame, 1.0, 4.0) == 0
     assert kernels.label_at(labels, frame, -5.0, 4.0) == 0
+    # Labels dilated by the mouths made one lane of 45 m² of two doors, which a robot barred.
+    grid = room(8.0, 8.0, (4.0, 0.0, 4.2, 2.9), (4.0, 3.8, 4.2, 4.6), (4.0, 5.5, 4.2, 8.0))
+    s = robot_in(grid, Pose(2.3, 3.3, 0.0))
+    labels = single_lanes(s.terrain, s.radius)
+    assert labels is not None
+    doors = {int(kernels.label_at(labels, s.planner.lattice.frame, 4.1, y)) for y in (3.35, 5.05)}
+    assert len(doors) == 2
+    assert 0 not in doors
 
 
-def approaching(priority: int) -> RobotState:
-    """Return a robot that is about to go east through the door."""
+def approaching(priority):
     s = robot_in(DOOR, Pose(2.3, 4.0, 0.0))
     s.tube.adopt(np.column_stack((np.arange(2.3, 7.0, 0.05), np.full(94, 4.0))))
     s.priority = priority
     return s
 
 
-def westward(priority: int, x: float = 6.3) -> np.void:
+def westward(priority, x=6.3):
     way = [(x - 0.1 * k, 4.0) for k in range(31)]
     return beacon(2, x, 4.0, intent=way, priority=priority)
 
 
-def eastward(priority: int) -> np.void:
+def eastward(priority):
     way = [(3.5 + 0.1 * k, 4.0) for k in range(31)]
     return beacon(2, 3.5, 4.0, intent=way, priority=priority)
 
@@ -110,15 +117,16 @@ def test_who_ranks_below_waits_before_the_mouth(other, is_waited_for):
     assert (last < s.tube.stop + 7) == is_waited_for
 
 
-def test_who_makes_way_may_go_anywhere():
+def test_who_makes_way_or_has_no_lane_ahead_goes_on():
     s = approaching(5)
     s.donations.yields_for = 3
     hear(s, westward(9))
     assert SingleLanes().barrier(s, s.tube.stop + 7) == (s.tube.stop + 7, -1)
+    s = robot_in(HALL, Pose(2.0, 4.0, 0.0))
+    assert SingleLanes().barrier(s, 5) == (5, -1)
 
 
-def leader(x: float, ahead: float = 0.1, priority: int = 128 + OWN_DEPTH) -> np.void:
-    """Return a robot in the door, or near it, that drives east (`ahead` > 0) or west."""
+def leader(x, ahead=0.1, priority=128 + OWN_DEPTH):
     way = [(x + ahead * k, 4.0) for k in range(31)]
     return beacon(2, *way[0], held=way[:6], intent=way[5:], priority=priority)
 
@@ -162,19 +170,3 @@ def test_who_follows_keeps_the_rank_until_it_is_out():
         s.tube.stop, s.pose = stop, Pose(x, 4.0, 0.0)
         lanes.barrier(s, s.tube.stop + 3)
         assert s.donations.lane == expected
-
-
-def test_without_a_single_lane_nothing_is_in_the_way():
-    s = robot_in(HALL, Pose(2.0, 4.0, 0.0))
-    assert SingleLanes().barrier(s, 5) == (5, -1)
-
-
-def test_two_doors_near_each_other_are_two_passages():
-    """Labels dilated by the mouths made one lane of 45 m² of two doors, which a robot barred."""
-    grid = room(8.0, 8.0, (4.0, 0.0, 4.2, 2.9), (4.0, 3.8, 4.2, 4.6), (4.0, 5.5, 4.2, 8.0))
-    s = robot_in(grid, Pose(2.3, 3.3, 0.0))
-    labels = single_lanes(s.terrain, s.radius)
-    assert labels is not None
-    doors = {int(kernels.label_at(labels, s.planner.lattice.frame, 4.1, y)) for y in (3.35, 5.05)}
-    assert len(doors) == 2
-    assert 0 not in doors

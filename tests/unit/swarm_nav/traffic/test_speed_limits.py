@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from swarm_common.model.records import Pose, RobotSpec, Twist
+from swarm_common.model.records import Pose, Twist
 from swarm_common.model.sites import Sites
 from swarm_common.model.zones import SpeedZone, Zones
 from swarm_describe.robots.loading import load_robot
@@ -18,18 +18,17 @@ ZONE = (4.0, 0.0, 6.0, 4.0)
 START, GOAL = Pose(1.5, 2.0, 0.0), Pose(8.5, 2.0, 0.0)
 
 
-def zones(limit: float, *, is_percentage: bool = False) -> Zones:
+def zones(limit, *, is_percentage=False):
     a, b, c, d = ZONE
     corners = ((a, b), (c, b), (c, d), (a, d))
     return Zones(speed=(SpeedZone("slow", corners, limit, is_percentage),))
 
 
-def fast_robot() -> RobotSpec:
-    """Return a robot that brakes for 0.25 m from what its held space admits."""
+def fast_robot():
     return dataclasses.replace(waffle(), max_vel_x=1.2, acc_lim_x=0.8)
 
 
-def drive(one: Squad, ticks: int = 1500) -> list[tuple[float, float]]:
+def drive(one, ticks=1500):
     """Drive to the end of the goal; return x and speed tick by tick."""
     track = []
     for _ in range(ticks):
@@ -68,17 +67,6 @@ def test_a_fast_robot_brakes_before_a_zone(limit):
     assert max(speed for x, speed in track if x < 3.5) > 0.6
 
 
-def test_a_behaviour_keeps_the_limit_too():
-    one = Squad(HALL, [Pose(3.5, 2.0, 0.0)], config(), Sites(zones=zones(0.1)))
-    one.send(0, kind=GoalKind.DRIVE_ON_HEADING, distance=2.0, speed=0.25)
-    track = drive(one)
-    assert max(speed for x, speed in track if x >= ZONE[0]) <= 0.1 + 1e-6
-    back = Squad(HALL, [Pose(6.5, 2.0, 0.0)], config(), Sites(zones=zones(0.1)))
-    back.send(0, kind=GoalKind.BACKUP, distance=1.5, speed=0.25)
-    track = drive(back)
-    assert max(speed for x, speed in track if x <= ZONE[2]) <= 0.1 + 1e-6
-
-
 @pytest.mark.parametrize(
     ("limit", "is_percentage", "allowed"),
     [(0.1, False, 0.1), (50.0, True, 0.13), (0.0, True, 0.26)],
@@ -113,6 +101,14 @@ def test_a_robot_that_drives_sideways_brakes_for_what_is_beside_it():
     assert limits.limited(Twist(0.0, -0.2, 0.0), robot_in(HALL, Pose(3.7, 2.0, -1.57))).vy == -0.2
 
 
-def test_without_limits_the_twist_is_left_alone():
+def test_without_limits_the_twist_is_left_alone_and_behaviours_keep_them():
     wish = Twist(0.26, 0.0, 0.5)
     assert SpeedLimits(Zones()).limited(wish, robot_in(HALL, START)) is wish
+    one = Squad(HALL, [Pose(3.5, 2.0, 0.0)], config(), Sites(zones=zones(0.1)))
+    one.send(0, kind=GoalKind.DRIVE_ON_HEADING, distance=2.0, speed=0.25)
+    track = drive(one)
+    assert max(speed for x, speed in track if x >= ZONE[0]) <= 0.1 + 1e-6
+    back = Squad(HALL, [Pose(6.5, 2.0, 0.0)], config(), Sites(zones=zones(0.1)))
+    back.send(0, kind=GoalKind.BACKUP, distance=1.5, speed=0.25)
+    track = drive(back)
+    assert max(speed for x, speed in track if x <= ZONE[2]) <= 0.1 + 1e-6

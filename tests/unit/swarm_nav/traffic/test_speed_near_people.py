@@ -11,7 +11,6 @@ from swarm_nav.behaviour.rules import CheckProgress
 from swarm_nav.core.config import CostmapConfig
 from swarm_nav.perception.dynamic_obstacles import CAME_TICKS, MOVER_TICKS, STILL_TICKS
 from swarm_nav.perception.obstacles import ObstacleLayer
-from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.speed_near_people import (
     CREEP_SPEED,
     NOBODY_NEAR,
@@ -29,7 +28,7 @@ LIDAR = LidarSpec(0.0, 0.0, 0.1)
 SCAN_TICKS = 2
 
 
-def ranges_to(x: float, y: float, radius: float, pose: Pose = MIDDLE) -> np.ndarray:
+def ranges_to(x, y, radius, pose=MIDDLE):
     """Return what 360 rays measure of a disc."""
     ranges = np.full(360, np.inf, np.float32)
     dx, dy = x - pose.x, y - pose.y
@@ -42,22 +41,14 @@ def ranges_to(x: float, y: float, radius: float, pose: Pose = MIDDLE) -> np.ndar
     return ranges
 
 
-def watch(s: RobotState, layer: ObstacleLayer, tick: int, x: float, y: float) -> float:
+def watch(s, layer, tick, x, y):
     """See a person at (x, y) in a tick; return how near something restless is then."""
     scan = Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, ranges_to(x, y, 0.25))
     layer.update(scan, MIDDLE, s.terrain, s.neighbors)
     return layer.restless_gap(MIDDLE.x, MIDDLE.y, tick)
 
 
-def test_a_thing_that_never_moves_is_restless_only_at_first():
-    s, layer = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
-    gaps = {tick: watch(s, layer, tick, 5.5, 4.0) for tick in range(0, 200, SCAN_TICKS)}
-    assert gaps[0] == pytest.approx(1.25, abs=0.05)
-    assert math.isfinite(gaps[STILL_TICKS - SCAN_TICKS])
-    assert all(math.isinf(gap) for tick, gap in gaps.items() if tick >= STILL_TICKS)
-
-
-def test_who_was_seen_moving_stays_restless_for_longer():
+def test_who_walks_or_was_seen_moving_stays_restless():
     s, layer = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
     for tick in range(0, 20, SCAN_TICKS):  # walks past at 0.8 m/s and stops
         watch(s, layer, tick, 5.5, 3.0 + 0.08 * tick)
@@ -65,6 +56,10 @@ def test_who_was_seen_moving_stays_restless_for_longer():
     assert all(math.isfinite(gap) for gap in gaps)
     assert math.isfinite(layer.restless_gap(MIDDLE.x, MIDDLE.y, MOVER_TICKS - 1))
     assert math.isinf(layer.restless_gap(MIDDLE.x, MIDDLE.y, MOVER_TICKS + 4 * STILL_TICKS))
+    s, layer = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
+    for tick in range(0, 24, SCAN_TICKS):
+        x = 6.4 - 0.08 * tick
+        assert watch(s, layer, tick, x, 4.0) == pytest.approx(x - 4.0 - 0.25, abs=0.06)
 
 
 def test_what_comes_from_nowhere_and_stands_is_a_thing_sooner():
@@ -86,7 +81,7 @@ def test_a_thing_does_not_become_a_person_because_one_walks_past():
     s, layer = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
     box = ranges_to(5.2, 4.0, 0.2)
 
-    def see(tick: int, y: float) -> None:
+    def see(tick, y):
         ranges = np.minimum(box, ranges_to(5.75, y, 0.25))
         layer.update(
             Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, ranges), MIDDLE, s.terrain, s.neighbors
@@ -99,18 +94,16 @@ def test_a_thing_does_not_become_a_person_because_one_walks_past():
         assert layer.restless_gap(5.0, 4.0, tick) > 0.2
 
 
-def test_who_walks_up_to_the_robot_is_restless_all_the_way():
-    s, layer = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
-    for tick in range(0, 24, SCAN_TICKS):
-        x = 6.4 - 0.08 * tick
-        assert watch(s, layer, tick, x, 4.0) == pytest.approx(x - 4.0 - 0.25, abs=0.06)
-
-
-def test_nothing_seen_is_nobody():
+def test_nothing_seen_is_nobody_and_a_thing_is_restless_at_first():
     layer = ObstacleLayer(CostmapConfig(), LIDAR)
     assert layer.restless_gap(0.0, 0.0, 5) == math.inf
     layer.clear()
     assert layer.restless_gap(0.0, 0.0, 5) == math.inf
+    s, layer = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
+    gaps = {tick: watch(s, layer, tick, 5.5, 4.0) for tick in range(0, 200, SCAN_TICKS)}
+    assert gaps[0] == pytest.approx(1.25, abs=0.05)
+    assert math.isfinite(gaps[STILL_TICKS - SCAN_TICKS])
+    assert all(math.isinf(gap) for tick, gap in gaps.items() if tick >= STILL_TICKS)
 
 
 @pytest.mark.parametrize("speed", [0.01, 0.05, 0.1, 0.26])
@@ -180,7 +173,6 @@ def test_who_walks_by_again_and_again_excuses_a_stuck_robot_only_while_it_is_nea
     one.run(60)
     robot = one.robots[0]
     s, task = robot._s, robot._goal_manager.task
-    assert task is not None
     s.blocked_ticks, s.is_unconfirmed = 0, False
     allowance = s.ticks(s.config.progress_checker.movement_time_allowance)
     task.record_progress(s, True)

@@ -28,24 +28,19 @@ rates = st.floats(-1.82, 1.82)
 
 
 def share_of(
-    wish: tuple[float, float, float],
-    *,
-    now: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    held: int = 10,
-    field: np.ndarray = OPEN,
-    hits: np.ndarray = NOTHING,
-    floor: float = 0.2,
-) -> float:
-    """Return the share of a wish that passes on a straight held path along x."""
+    wish, *, now=(0.0, 0.0, 0.0), pose=(0.0, 0.0, 0.0), held=10, field=OPEN, hits=NOTHING, floor=0.2
+):
     around = (field, FRAME, hits, 0.0, floor)
     space = (AHEAD.copy(), 0, 0, held, TOLERANCE)
     share: float = release_and_admit(pose, now, wish, (*ACCELERATIONS, 0.1), space, around)[1]
     return share
 
 
-def test_a_twist_along_the_held_space_passes_unchanged():
+def test_along_the_held_space_a_twist_passes_and_beside_it_only_back():
     assert share_of((MOST, 0.0, 0.0), now=(MOST, 0.0, 0.0)) == 1.0
+    aside = (0.2, 0.08, -math.pi / 2)
+    assert share_of((0.1, 0.0, 0.0), pose=aside) == 1.0
+    assert share_of((-0.1, 0.0, 0.0), pose=aside) == 0.0
 
 
 @pytest.mark.parametrize("wish", [(-MOST, 0.0, 0.0), (0.0, MOST, 0.0), (MOST, 0.0, 0.0)])
@@ -53,12 +48,6 @@ def test_a_robot_that_holds_its_place_only_does_not_leave_it(wish):
     x = 0.035 if wish[0] > 0.0 else -0.035
     pose = (x, 0.035 if wish[1] else 0.0, 0.0)
     assert share_of(wish, pose=pose, now=wish, held=0) == 0.0
-
-
-def test_a_robot_beside_its_space_may_only_come_back():
-    aside = (0.2, 0.08, -math.pi / 2)
-    assert share_of((0.1, 0.0, 0.0), pose=aside) == 1.0
-    assert share_of((-0.1, 0.0, 0.0), pose=aside) == 0.0
 
 
 @pytest.mark.parametrize("what", ["wall", "hit"])
@@ -92,12 +81,12 @@ Twist3 = tuple[float, float, float]
 class Drive:
     """A drive that ramps, in steps ten times finer than the filter's rollout."""
 
-    def __init__(self, x: float = 0.0, y: float = 0.0, vx: float = 0.0) -> None:
+    def __init__(self, x=0.0, y=0.0, vx=0.0):
         self.pose: Twist3 = (x, y, 0.0)
         self.twist: Twist3 = (vx, 0.0, 0.0)
         self.track: list[tuple[float, float]] = []
 
-    def go(self, goal: Twist3) -> None:
+    def go(self, goal):
         """Drive towards a twist for a period."""
         x, y, yaw = self.pose
         vx, vy, w = self.twist
@@ -118,11 +107,11 @@ class Drive:
 class Space:
     """A held path whose ends are given up as far as braking allows."""
 
-    def __init__(self, points: np.ndarray, stop: int) -> None:
+    def __init__(self, points, stop):
         self.points, self.tail, self.near, self.stop = points.copy(), 0, 0, stop
         self.path = points
 
-    def filter(self, drive: Drive, wish: Twist3) -> Twist3:
+    def filter(self, drive, wish):
         """Return what of a wish is admitted, after what is behind was given up."""
         gap = math.dist(self.path[self.near], drive.pose[:2])
         self.near = nearest_ahead(self.points, self.near, gap, self.stop, *drive.pose[:2])
@@ -133,25 +122,21 @@ class Space:
         self.near = max(self.near, self.tail)
         return share * wish[0], share * wish[1], share * wish[2]
 
-    def release(self, drive: Drive, last: int) -> None:
-        """Give up what lies beyond a point, as far as braking allows."""
+    def release(self, drive, last):
         held = (self.points, self.tail, self.stop, TOLERANCE)
         limits = (*ACCELERATIONS, 0.1)
         self.stop = last_to_keep(drive.pose, drive.twist, limits, held, max(last, self.near))
 
-    def gap(self, x: float, y: float) -> float:
+    def gap(self, x, y):
         """Return the distance [m] of a place to what is held."""
         return float(gap_to_line(self.points, self.tail, self.stop, x, y))
 
 
-def test_the_first_held_point_follows_the_robot():
+def test_the_first_held_point_follows_but_gives_no_space_behind():
     for x, tail in ((0.12, (2, 0.12)), (0.135, (2, 0.135)), (0.15, (3, 0.15))):
         space, drive = Space(AHEAD, 10), Drive(x, 0.01, MOST)
         space.filter(drive, (MOST, 0.0, 0.0))
         assert (space.tail, space.points[space.tail, 0]) == pytest.approx(tail)
-
-
-def test_a_robot_that_backs_gets_no_space_behind_it():
     space, drive = Space(AHEAD, 10), Drive(0.2)
     space.filter(drive, (0.0, 0.0, 0.0))
     for _ in range(30):

@@ -7,20 +7,19 @@ from swarm_common.model.beacon import FLAG_ACTIVE, FLAG_STUCK, MODE_PAUSE, MODE_
 from swarm_common.model.records import Pose
 from swarm_nav.planning.search_kernels import WALL
 from swarm_nav.traffic import traffic_costs
-from swarm_nav.traffic.robot_state import RobotState
 from tests.fakes.navigation import beacon, hear, let_walk, robot_in, room
 
 HALL = room(8.0, 8.0)
 THERE = (5.0, 4.0)
 
 
-def robot(*others: np.void) -> RobotState:
+def robot(*others):
     s = robot_in(HALL, Pose(2.0, 4.0, 0.0))
     hear(s, *others)
     return s
 
 
-def cost_at(s: RobotState, costs: np.ndarray, x: float, y: float) -> float:
+def cost_at(s, costs, x, y):
     node = s.planner.lattice.node_of(x, y)
     assert node is not None
     return float(costs.ravel()[node])
@@ -49,15 +48,12 @@ def test_a_robot_that_is_served_is_a_wall_for_who_makes_way(mode, is_wall):
     assert (cost_at(s, costs, *THERE) >= WALL) == is_wall
 
 
-def test_a_robot_costs_as_far_as_both_tubes_reach():
+def test_a_robot_costs_as_far_as_its_tubes_and_requests_reach():
     s = robot(beacon(7, *THERE))
     costs = traffic_costs.congestion(s)
     reach = s.reach(0)
     assert cost_at(s, costs, THERE[0] + reach - 0.1, THERE[1]) > 0.0
     assert cost_at(s, costs, THERE[0] + reach + 0.1, THERE[1]) == 0.0
-
-
-def test_what_a_silent_robot_asked_for_counts_as_held():
     way = [(5.0, 4.0 + 0.1 * k) for k in range(1, 8)]
     s = robot(beacon(7, *THERE, wanted=way))
     assert cost_at(s, traffic_costs.congestion(s), 5.0, 5.0) == 0.0
@@ -67,13 +63,10 @@ def test_what_a_silent_robot_asked_for_counts_as_held():
     assert cost_at(gone, traffic_costs.congestion(gone), 5.0, 5.0) > 0.0
 
 
-def test_what_only_the_lidar_sees_costs_most():
+def test_what_the_lidar_sees_and_where_somebody_walked_costs():
     s = robot(beacon(7, *THERE))
     s.obstacles.points = np.array((THERE,))
     assert cost_at(s, traffic_costs.congestion(s), *THERE) == traffic_costs.BARRED
-
-
-def test_where_somebody_walked_lately_costs():
     s = robot()
     let_walk(s, THERE)
     costs = traffic_costs.congestion(s)
@@ -89,11 +82,3 @@ def test_who_makes_way_pushes_lower_robots_only(priority, flags, is_wall):
     s = robot(beacon(7, *THERE, priority=priority, flags=flags))
     costs = traffic_costs.refuge_costs(s, s.neighbors.priorities >= 9, 0.0)
     assert cost_at(s, costs, *THERE) == pytest.approx(WALL if is_wall else traffic_costs.STANDING)
-
-
-def test_a_stamp_raises_and_never_lowers():
-    s = robot()
-    grid = s.planner.no_extra().copy()
-    traffic_costs.stamp(grid, s, THERE, 0.5, 2.0)
-    traffic_costs.stamp(grid, s, np.array((THERE,)), 0.3, 1.0)
-    assert cost_at(s, grid, *THERE) == 2.0

@@ -31,14 +31,14 @@ VERDICT: dict[str, Any] = {
 WAITS = {"lasting_circles": 1, "longest_circle": 6.0, "circles": [], "at_the_end": {}}
 
 
-def robot(*ends: tuple[float, float], failed: int = 0, wait_time: float = 0.0) -> RobotFacts:
+def robot(*ends, failed=0, wait_time=0.0):
     return RobotFacts(
         reached=len(ends), failed=failed, ends=ends, is_done=True, hold_time=1.0,
         wait_time=wait_time, counts=dict.fromkeys(COUNTERS, 2),
     )  # fmt: skip
 
 
-def record(**changes: Any) -> RunRecord:
+def record(**changes):
     facts = {"a": robot((30.0, 30.0), (50.0, 15.0)), "b": robot((20.0, 20.0), failed=1)}
     given: dict[str, Any] = {
         "missed": [MissedGoal("b", "dock", 80.0, "closed")], "waits": WAITS, "robots": 2,
@@ -47,7 +47,7 @@ def record(**changes: Any) -> RunRecord:
     return compose_record(facts, Goals(4, 3, 1, 0), 80.0, VERDICT, **given | changes)
 
 
-def test_throughput_counts_until_the_last_goal_was_settled_not_reached():
+def test_throughput_and_misses_count_what_was_settled():
     found = record()
     assert found.throughput_per_minute == pytest.approx(60.0 * 3 / 80.0)
     assert (found.makespan, found.settled_time) == (None, 80.0)
@@ -55,9 +55,6 @@ def test_throughput_counts_until_the_last_goal_was_settled_not_reached():
     assert found.first_miss == "b missed dock at t = 80.0 s: closed"
     finish = {name: each.finish_time for name, each in found.per_robot.items()}
     assert finish == {"a": 50.0, "b": None}
-
-
-def test_what_is_under_way_at_the_end_is_missed_unless_goals_have_no_end():
     facts, goals = {"a": robot((30.0, 30.0))}, Goals(2, 1, 0, 1)
     way = [UnfinishedGoal("a", "dock", "driving")]
     given: dict[str, Any] = {"waits": WAITS, "robots": 1, "seed": 0, "wall_time": 1.0}
@@ -77,13 +74,10 @@ def test_the_record_of_a_report_says_what_was_reported():
     assert again.per_robot["b"].battery == BATTERY
 
 
-def test_a_line_becomes_the_record_that_it_came_from():
+def test_a_line_becomes_its_record_and_lacks_what_only_the_report_says():
     data = json.loads(json.dumps(record().as_json()))
     assert data.pop("schema") == 1
     assert {**record_from_json(data).as_json(), **data} == {"schema": 1, **data}
-
-
-def test_a_line_lacks_what_only_the_report_says():
     names = set(RunRecord.__struct_fields__) - set(record().as_json())
     assert {"processes", "waits", "breaches", "goals", "settled_time"} <= names
 

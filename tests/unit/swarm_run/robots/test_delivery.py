@@ -35,32 +35,23 @@ def test_every_pair_is_in_the_table_or_refused(phase, event):
         assert delivery.phase is TRANSITIONS[phase][event][0]
 
 
-def test_an_answered_goal_is_asked_about_once():
+def test_goals_are_asked_about_with_growing_patience():
     delivery = Delivery(0.0)
     assert delivery.hear(DeliveryEvent.ACCEPTANCE, 0.1) is Action.ASK
     assert delivery.look(TASK_TIME, is_busy=True) is Action.NOTHING
     delivery.hear(DeliveryEvent.RESULT, 20.0)
     assert delivery.phase is Phase.ENDED
     assert delivery.look(1e6, is_busy=False) is Action.NOTHING
-
-
-def test_a_robot_that_is_free_is_asked_soon():
     delivery = Delivery(0.0)
     delivery.hear(DeliveryEvent.ACCEPTANCE, 0.0)
     assert delivery.look(PATIENCE, is_busy=True) is Action.NOTHING
     assert delivery.look(PATIENCE, is_busy=False) is Action.ASK
-
-
-def test_patience_grows_up_to_a_limit():
     delivery = Delivery(0.0)
     times = [t for t in range(2000) if delivery.look(float(t), is_busy=False) is Action.ASK]
     gaps = [after - before for before, after in pairwise(times)]
     assert times[0] == PATIENCE
     assert gaps == sorted(gaps)
     assert gaps[-1] == MOST_PATIENCE
-
-
-def test_an_old_answer_says_nothing_about_now():
     delivery = Delivery(0.0)
     delivery.look(PATIENCE, is_busy=False)
     delivery.hear(DeliveryEvent.ACCEPTANCE, 4.0)
@@ -73,7 +64,7 @@ def test_an_old_answer_says_nothing_about_now():
 class Server:
     """Knows each goal once, as rclpy's; what it sends and gets is lost or late at random."""
 
-    def __init__(self, seed: int, loss: float, refuses: bool) -> None:
+    def __init__(self, seed, loss, refuses):
         self.begun = 0
         self.has_ended = False
         self._rng = random.Random(seed)
@@ -82,11 +73,11 @@ class Server:
         self._asked: list[int] = []
         self._mail: list[tuple[float, DeliveryEvent | Action, int]] = []
 
-    def post(self, what: DeliveryEvent | Action, now: float, question: int = 0) -> None:
+    def post(self, what, now, question=0):
         if self._rng.random() >= self._loss:
             self._mail.append((now + self._rng.choice((0.01, 0.5, 5.0)), what, question))
 
-    def turn(self, now: float) -> list[tuple[DeliveryEvent, int]]:
+    def turn(self, now):
         """Take and give what is due."""
         due = sorted((m for m in self._mail if m[0] <= now), key=lambda m: m[0])
         self._mail = [m for m in self._mail if m[0] > now]
@@ -106,7 +97,7 @@ class Server:
                 self._asked.append(question)
         return heard
 
-    def end(self, now: float) -> None:
+    def end(self, now):
         self.has_ended = True
         for question in self._asked:
             self.post(DeliveryEvent.RESULT, now, question)
@@ -134,6 +125,6 @@ def test_whatever_is_lost_the_goal_runs_once_and_its_end_is_heard(seed, refuses)
     assert last is DeliveryEvent.RESULT or refuses
 
 
-def act(server: Server, action: Action, now: float, delivery: Delivery) -> None:
+def act(server, action, now, delivery):
     if action is not Action.NOTHING:
         server.post(action, now, delivery.question)

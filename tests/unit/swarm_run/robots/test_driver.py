@@ -16,7 +16,7 @@ ROOM = room(7.0, 4.0, (2.5, 0.0, 2.65, 2.8), (4.0, 0.0, 5.0, 4.0))
 START = (1.0, 1.0)
 
 
-def refusal(start: tuple[float, float], goal: tuple[float, float], shut: slice) -> PlanError:
+def refusal(start, goal, shut):
     """Return why there is no way; `shut` are columns closed by obstacles."""
     parameters = NavConfig()
     terrain = terrain_for(
@@ -48,11 +48,8 @@ def test_what_the_map_alone_decides_is_not_tried_again(start, goal, shut, code, 
     assert is_for_good(result) is wanted
 
 
-def test_a_refused_goal_is_tried_again():
+def test_a_refused_goal_is_tried_again_and_a_failed_task_says_why():
     assert not is_for_good(None)
-
-
-def test_the_reason_of_a_failed_task_is_that_of_its_result():
     walled = NavigateToPose.Result(error_code=206, error_msg="the goal is occupied")
     assert why_not(walled, TaskResult.FAILED) == "error 206: the goal is occupied"
     assert why_not(NavigateToPose.Result(), TaskResult.CANCELED) == "canceled"

@@ -3,7 +3,6 @@
 import json
 import os
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -11,12 +10,12 @@ from swarm_commander.cli.main import setup
 from swarm_setup import build as interfaces_build
 from swarm_setup.rosidl import install, toolchain
 from swarm_setup.rosidl.compile import BuildError, Library, Toolchain, build_all
-from swarm_setup.rosidl.packages import InterfacePackage, load_package
+from swarm_setup.rosidl.packages import load_package
 from tests.unit.swarm_setup.test_build import write_package
 
 
 @pytest.fixture
-def environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> install.Environment:
+def environment(tmp_path, monkeypatch):
     """An empty environment and an empty cache, with one package to build: demo_msgs."""
     there = install.Environment(tmp_path / "env", tmp_path / "env" / "site-packages")
     write_package(tmp_path / "share" / "interfaces", "demo_msgs")
@@ -27,18 +26,11 @@ def environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> install.Envi
 
 
 @pytest.fixture
-def builds(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+def builds(monkeypatch):
     """Replaces the build by one that writes empty trees; lists what was built."""
     built: list[str] = []
 
-    def pretend(
-        missing: list[InterfacePackage],
-        trees: dict[str, Path],
-        ready: tuple[Path, ...],
-        tools: Toolchain,
-        *,
-        quiet: bool,
-    ) -> None:
+    def pretend(missing, trees, ready, tools, *, quiet):
         for package in missing:
             built.append(package.name)
             for part in ("lib", "include", "share", f"python/{package.name}"):
@@ -49,13 +41,10 @@ def builds(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return built
 
 
-def test_second_call_does_nothing(environment, builds):
+def test_the_same_definitions_are_not_built_again(environment, builds, tmp_path, monkeypatch):
     assert interfaces_build.ensure_interfaces(quiet=True) == ["demo_msgs"]
     assert interfaces_build.ensure_interfaces(quiet=True) == []
     assert builds == ["demo_msgs"]
-
-
-def test_another_environment_is_served_from_the_cache(environment, builds, tmp_path, monkeypatch):
     interfaces_build.ensure_interfaces(quiet=True)
     other = install.Environment(tmp_path / "other", tmp_path / "other" / "site-packages")
     monkeypatch.setattr(install.Environment, "current", lambda: other)
@@ -92,7 +81,7 @@ def test_package_of_a_full_ros_is_left_alone(environment, builds, tmp_path, monk
     assert builds == []
 
 
-def a_ros(tmp_path: Path, version: str, monkeypatch: pytest.MonkeyPatch) -> Path:
+def a_ros(tmp_path, version, monkeypatch):
     """Source a ROS that has demo_msgs."""
     ros = tmp_path / "ros"
     for folder in (ros / "share/demo_msgs", ros / interfaces_build.INDEX, ros / "python/demo_msgs"):
@@ -159,16 +148,13 @@ def test_command_ends_with_2_without_a_compiler(environment, monkeypatch, capsys
     assert "sudo apt install gcc" in capsys.readouterr().err
 
 
-def test_read_only_environment_is_explained(environment, builds, monkeypatch):
-    def refuse(*_: object, **__: object) -> None:
+def test_what_cannot_be_built_says_why(environment, builds, monkeypatch, tmp_path):
+    def refuse(*_, **__):
         raise PermissionError(13, "Permission denied", str(environment.prefix))
 
     monkeypatch.setattr(install.shutil, "copy2", refuse)
     with pytest.raises(interfaces_build.SwarmError, match="use a virtual environment"):
         interfaces_build.ensure_interfaces(quiet=True)
-
-
-def test_failed_compiler_call_shows_its_output(tmp_path):
     source = tmp_path / "broken.c"
     source.write_text("int main( {")
     library = Library("demo_msgs", "lib/libx.so", "$ORIGIN", (source,), (), ())
@@ -177,14 +163,11 @@ def test_failed_compiler_call_shows_its_output(tmp_path):
         build_all([library], tmp_path, tools, jobs=1, done=lambda: None)
 
 
-def test_prefixes_start_with_this_environment(tmp_path):
+def test_prefixes_start_here_and_what_is_there_is_remembered(tmp_path):
     (tmp_path / "share").mkdir()
     path = os.pathsep.join([str(tmp_path), str(tmp_path / "missing")])
     prefixes = toolchain.ros_prefixes({"AMENT_PREFIX_PATH": path})
     assert prefixes[1:] == (tmp_path,)
-
-
-def test_install_remembers_what_is_there(tmp_path):
     there = install.Environment(tmp_path, tmp_path / "site-packages")
     assert there.installed() == {}
     package = load_package(write_package(tmp_path / "src", "demo_msgs"))

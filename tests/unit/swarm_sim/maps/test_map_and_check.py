@@ -7,7 +7,7 @@ import pytest
 
 from swarm_common.files.map_io import load_map, map_path
 from swarm_common.model.errors import ConfigError, MapError
-from swarm_common.model.grid import FREE, OCCUPIED, UNKNOWN, Grid
+from swarm_common.model.grid import FREE, OCCUPIED, UNKNOWN
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
 from swarm_describe.robots.loading import load_robot, open_robot
@@ -23,7 +23,7 @@ from tests.fakes.scenes import section_at
 from tests.unit.swarm_sim.sensing.test_lidar import make_section
 
 
-def value_at(grid: Grid, x: float, y: float) -> int:
+def value_at(grid, x, y):
     row, column = grid.cell_of(x, y)
     return int(grid.cells[row, column])
 
@@ -37,7 +37,7 @@ def test_the_shipped_map_is_the_one_drawn_from_the_world(name):
     check_sites(load_world(name), load_robot("turtlebot3_waffle"))
 
 
-def test_walls_are_drawn_to_the_cell():
+def test_walls_are_drawn_to_the_cell_and_an_empty_world_is_an_empty_map():
     grid = load_map(map_path("slim_blockage"))
     assert value_at(grid, -8.325, 0.0) == OCCUPIED  # west wall, inner face at -8.32
     assert value_at(grid, -8.315, 0.0) == FREE
@@ -46,6 +46,9 @@ def test_walls_are_drawn_to_the_cell():
     assert value_at(grid, -4.5, 2.0) == UNKNOWN  # the island is hollow
     assert value_at(grid, 6.0, -3.0) == UNKNOWN  # so is the box in the south east
     assert value_at(grid, -8.9, 0.0) == UNKNOWN
+    nothing = Section((), np.zeros((0, 3)), ())
+    assert not draw_on((4, 4), 0.1, 0.0, 0.0, nothing).cells.any()
+    assert section_at(replace(load_world("hall_12"), bodies=()), 0.1).bounds() == (0, 0, 0, 0)
 
 
 def test_a_cell_is_occupied_if_and_only_if_an_obstacle_reaches_into_it():
@@ -64,7 +67,7 @@ def test_a_cell_is_occupied_if_and_only_if_an_obstacle_reaches_into_it():
             assert any(inside(wide, outline).any() for outline in section.outlines())
 
 
-def inside(points: np.ndarray, outline: np.ndarray) -> np.ndarray:
+def inside(points, outline):
     edges = np.roll(outline, -1, axis=0) - outline
     sides = [
         edge[0] * (points[:, 1] - corner[1]) - edge[1] * (points[:, 0] - corner[0]) >= 0.0
@@ -92,12 +95,9 @@ def test_smaller_offsets_are_detected_too(shift):
         check_map(scene, moved)
 
 
-def test_a_displacement_within_the_tolerance_passes():
+def test_maps_within_the_tolerance_pass_and_others_do_not():
     scene, grid = load_world("slim_blockage"), load_map(map_path("slim_blockage"))
     check_map(scene, replace(grid, origin_x=grid.origin_x + 0.06))
-
-
-def test_a_coarser_map_passes_and_a_lacking_wall_does_not():
     scene = load_world("slim_blockage")
     check_map(scene, draw_world(scene, resolution=0.1))
     part = replace(scene, bodies=tuple(b for b in scene.bodies if "island_east" not in b.name))
@@ -105,9 +105,6 @@ def test_a_coarser_map_passes_and_a_lacking_wall_does_not():
         check_map(scene, draw_world(part))
     with pytest.raises(MapError, match="the map has an obstacle that the world lacks"):
         check_map(part, draw_world(scene))
-
-
-def test_a_map_that_is_too_small_is_refused():
     scene, grid = load_world("slim_blockage"), load_map(map_path("slim_blockage"))
     with pytest.raises(MapError, match="the map only from"):
         check_map(scene, replace(grid, cells=grid.cells[:150]))
@@ -131,27 +128,6 @@ def test_a_circuit_through_a_wall_is_refused():
         check_sites(
             replace(scene, sites=Sites(circuits={"ring": ring})), load_robot("turtlebot3_waffle")
         )
-
-
-def test_an_empty_world_draws_an_empty_map():
-    nothing = Section((), np.zeros((0, 3)), ())
-    assert not draw_on((4, 4), 0.1, 0.0, 0.0, nothing).cells.any()
-    assert section_at(replace(load_world("hall_12"), bodies=()), 0.1).bounds() == (0, 0, 0, 0)
-
-
-def test_a_map_is_checked_at_the_height_of_the_robots_scan(monkeypatch):
-    robot = open_robot("turtlebot3_waffle")
-    tall = replace(robot.spec, lidar=replace(robot.spec.lidar, z=0.2))
-    heights: list[float] = []
-    monkeypatch.setattr(build, "open_robot", lambda _: replace(robot, spec=tall))
-    monkeypatch.setattr(
-        build, "check_map", lambda scene, grid, height, reach: heights.append(height)
-    )
-    settings = Settings(
-        world="crossing", robots=(RobotEntry("Srobot1", "turtlebot3_waffle"),), engine="planar"
-    )
-    build.build(settings)[1].close()
-    assert heights == [0.2]
 
 
 @pytest.mark.parametrize(
@@ -182,7 +158,7 @@ def test_a_world_says_whose_lidar_does_not_meet_which_robots(broken, with_lidar,
         assert list(setup.unseen(0.26, build.BROKEN)) == (said if broken else [])
 
 
-def test_nothing_is_said_of_a_lone_robot_or_of_robots_that_allow_for_it():
+def test_a_world_says_nothing_of_a_lone_robot_and_checks_at_its_scan_height(monkeypatch):
     for count, margin, expected in ((1, 0.26, 0), (2, 0.26, 1), (2, 0.65, 0)):
         robots = tuple(RobotEntry(f"Srobot{k}", "carrier") for k in range(1, count + 1))
         setup, world = build.build(
@@ -190,6 +166,18 @@ def test_nothing_is_said_of_a_lone_robot_or_of_robots_that_allow_for_it():
         )
         world.close()
         assert len([note for note in setup.scene.notes if "0.64 or more" in note]) == expected
+    robot = open_robot("turtlebot3_waffle")
+    tall = replace(robot.spec, lidar=replace(robot.spec.lidar, z=0.2))
+    heights: list[float] = []
+    monkeypatch.setattr(build, "open_robot", lambda _: replace(robot, spec=tall))
+    monkeypatch.setattr(
+        build, "check_map", lambda scene, grid, height, reach: heights.append(height)
+    )
+    settings = Settings(
+        world="crossing", robots=(RobotEntry("Srobot1", "turtlebot3_waffle"),), engine="planar"
+    )
+    build.build(settings)[1].close()
+    assert heights == [0.2]
 
 
 def test_a_station_without_room_is_refused_with_a_cure_or_noted_if_nobody_goes_there():

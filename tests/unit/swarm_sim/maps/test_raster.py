@@ -7,7 +7,7 @@ from swarm_common.model.grid import FREE, OCCUPIED
 from swarm_sim.maps.raster import connected
 
 
-def by_hand(cells: np.ndarray, seeds: np.ndarray) -> np.ndarray:
+def by_hand(cells, seeds):
     reached = np.zeros(cells.shape, np.bool_)
     todo = [(int(row), int(column)) for row, column in seeds]
     while todo:

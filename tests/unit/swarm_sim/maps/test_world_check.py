@@ -19,19 +19,19 @@ from swarm_sim.maps.spawn import wall_distance
 from swarm_sim.maps.world_check import checked, differences, picture
 from swarm_sim.scene import mesh_section
 from swarm_sim.scene.section import section_between
+from tests.fakes.gazebo_package import write_package
 from tests.oracles.triangles import body_of
-from tests.unit.swarm_sim.gazebo_package import write_package
 from tests.unit.swarm_sim.test_mesh_soups import double_faced, room, soup
 
 REACH = (0.005, 0.192)
 SCANS = (0.132, 0.182)
 
 
-def found(scene: Scene) -> list[world_check.Difference]:
+def found(scene):
     return list(differences(scene, SCANS, REACH, with_physics=True))
 
 
-def scene_of(*bodies: Body) -> Scene:
+def scene_of(*bodies):
     return Scene("test", Path("test.sdf"), bodies)
 
 
@@ -65,7 +65,7 @@ def test_soups(seed):
     assert found(scene_of(*bodies)) == []
 
 
-def of_corners(*triangles: list[tuple[float, float, float]]) -> trimesh.Trimesh:
+def of_corners(*triangles):
     faces = np.arange(3 * len(triangles)).reshape(-1, 3)
     return trimesh.Trimesh(np.reshape(triangles, (-1, 3)), faces, process=False)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from swarm_common.model.records import Pose, RobotSpec, Twist, wrap_angle
+from swarm_common.model.records import Pose, Twist, wrap_angle
 from swarm_describe.robots.loading import load_robot
 from swarm_describe.worlds.reader import load_world
 from swarm_describe.worlds.scene import Scene
@@ -17,11 +17,11 @@ FIELD = Scene("field", Path("."), ())
 ENGINES = ("planar", "bullet")
 
 
-def make_world(engine: str, spec: RobotSpec, scene: Scene = FIELD) -> World:
+def make_world(engine, spec, scene=FIELD):
     return World(scene, [spec], [Pose(0.0, 0.0, 0.3)], WorldConfig(engine=engine, with_lidar=False))
 
 
-def drive(world: World, seconds: float, twist: Twist) -> None:
+def drive(world, seconds, twist):
     for _ in range(round(10 * seconds)):
         world.step([twist], [None])
 

@@ -20,7 +20,7 @@ from swarm_sim.physics.bullet import collision_shapes, probe
 SHAPES = (Box((0.1, 0.1, 0.2)), Cylinder(0.05, 0.2), Sphere(0.05))
 
 
-def row_of(count: int, *, is_static: bool) -> Body:
+def row_of(count, *, is_static):
     parts = []
     for index in range(count):
         place = np.eye(4)
@@ -43,7 +43,7 @@ def test_the_check_of_worlds_looks_at_whatever_can_be_touched(is_static, monkeyp
     assert missed[:, 0].min() > 4.7  # the last one
 
 
-def own_robot(folder: Path, base: str, more: str = "") -> str:
+def own_robot(folder, base, more=""):
     """Return the path of a robot with two wheels and two balls, whose base has more shapes."""
     body = link("base_link", box(0.4, 0.3, 0.1), inertial(8.0, 0.2), "0 0 0.1")
     body = body.replace("</link>", f"{base}</link>")
@@ -59,7 +59,7 @@ def own_robot(folder: Path, base: str, more: str = "") -> str:
     return str(path)
 
 
-def bumper(folder: Path) -> str:
+def bumper(folder):
     """Return the path of a robot with 18 small boxes before a long bumper, 0.7 m ahead."""
     shapes = [(0.01 * k - 0.1, 0.12, box(0.01, 0.01, 0.01)) for k in range(18)]
     return own_robot(

@@ -8,13 +8,11 @@ import msgspec
 import numpy as np
 import pytest
 
-from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose, Twist
 from swarm_describe.robots.loading import load_robot
 from swarm_describe.worlds.actors import WalkerSpec
 from swarm_describe.worlds.reader import load_world
 from swarm_describe.worlds.scene import Scene
-from swarm_sim.physics.actors import Walkers
 from swarm_sim.world.world import World, WorldConfig
 
 WAFFLE = load_robot("turtlebot3_waffle")
@@ -23,15 +21,14 @@ ENGINES = ("planar", "bullet")
 ANN = WalkerSpec(name="Ann", path=((-2.0, 0.0), (2.0, 0.0)), start=0.0, pause=0.0)
 
 
-def make_world(engine: str, robots: list[Pose], *walkers: WalkerSpec, seed: int = 0) -> World:
+def make_world(engine, robots, *walkers, seed=0):
     config = WorldConfig(engine=engine, with_lidar=False)
     return World(
         dataclasses.replace(FIELD, walkers=walkers), [WAFFLE] * len(robots), robots, config, seed
     )
 
 
-def run(world: World, seconds: float, *twists: Twist) -> list[np.ndarray]:
-    """Return where the walkers were after each tick."""
+def run(world, seconds, *twists):
     places = []
     for _ in range(round(10 * seconds)):
         world.step(twists, [None] * len(twists))
@@ -133,11 +130,3 @@ def test_walkers_make_no_difference_between_runs_of_a_seed():
         run(world, 10.0, Twist(0.1, 0.0, 0.3))
         hashes.append(world.verdict.trajectory_sha256)
     assert hashes[0] == hashes[1]
-
-
-def test_walkers_start_away_from_robots():
-    walkers = Walkers([msgspec.structs.replace(ANN, start=2.0)], [WAFFLE], [Pose(0, 0, 0)], 0)
-    assert math.hypot(*walkers.discs[0, :2]) >= 0.25 + 0.238 + 0.4 - 1e-3
-    crowd = [Pose(x, 0.0, 0.0) for x in np.arange(-2.0, 2.1, 0.5)]
-    with pytest.raises(ConfigError, match="Ann: robots stand all along"):
-        Walkers([ANN], [WAFFLE] * len(crowd), crowd, 0)

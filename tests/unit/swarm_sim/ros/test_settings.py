@@ -8,14 +8,11 @@ from swarm_sim.ros.settings import parse_settings, read_settings
 BASE = {"world": "slim_blockage", "robots": [{"name": "Srobot1", "model": "turtlebot3_waffle"}]}
 
 
-def test_defaults_and_max_speed():
+def test_settings_are_read_with_defaults(tmp_path):
     settings = parse_settings(BASE | {"speed": "max"}, "file")
     assert settings.speed is None
     assert settings.robots[0].name == "Srobot1"
     assert settings.radio.range == 6.0
-
-
-def test_read(tmp_path):
     path = tmp_path / "world.json"
     path.write_text(json.dumps(BASE | {"radio": {"loss": 0.2}}), encoding="utf-8")
     assert read_settings(path).radio.loss == 0.2

@@ -18,7 +18,7 @@ def test_a_line_a_second_with_the_smallest_clearance_since(tmp_path):
     assert lines[2]["yaw"] == [0, -3142]
 
 
-def test_a_journal_that_is_cut_off_reads_up_to_there(tmp_path):
+def test_a_journal_that_is_cut_off_reads_up_to_there_and_a_closed_one_drops(tmp_path):
     path = tmp_path / "a.jsonl"
     journal = Journal(path)
     journal.write(t=1.0)
@@ -26,9 +26,6 @@ def test_a_journal_that_is_cut_off_reads_up_to_there(tmp_path):
     path.write_bytes(path.read_bytes()[:-3])
     assert read_journal(path) == [{"t": 1.0}]
     assert read_journal(tmp_path / "none.jsonl") == []
-
-
-def test_a_closed_journal_drops_lines(tmp_path):
     journal = Journal(tmp_path / "a.jsonl")
     journal.close()
     journal.write(t=1.0)

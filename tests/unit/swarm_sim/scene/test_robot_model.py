@@ -82,12 +82,6 @@ def test_descriptions_agree_with_robot_yaml(name):
     assert max(track) - min(track) == pytest.approx(spec.wheel_separation)
 
 
-def test_a_waffle_at_its_scan_height_is_its_puck():
-    section = section_between(open_robot("turtlebot3_waffle").model.bodies(), 0.132, 0.132)
-    np.testing.assert_allclose(section.discs, [[-0.064, 0.0, 0.055]])
-    assert not section.polygons
-
-
 def test_a_burger_is_above_a_waffles_scan_plane_and_a_waffle_below_a_burgers():
     waffle, burger = load_robot("turtlebot3_waffle"), load_robot("turtlebot3_burger")
     model = open_robot("turtlebot3_burger").model

@@ -20,7 +20,7 @@ WHEELS = SensorErrors(
 )
 
 
-def scatter(errors: SensorErrors, twist: Twist) -> tuple[float, float, float]:
+def scatter(errors, twist):
     """Return the variances of way, heading and turning rate that robots report, by simulation."""
     sensors = MotionSensors([SPEC] * COUNT, [errors] * COUNT, seed=3)
     travels, yaws = np.zeros((COUNT, 2)), np.zeros(COUNT)

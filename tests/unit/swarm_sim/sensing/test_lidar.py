@@ -18,7 +18,7 @@ from tests.oracles import lidar as oracle
 NOTHING = Section((), np.zeros((0, 3)), ())
 
 
-def make_section(rng: np.random.Generator, boxes: int, discs: int) -> Section:
+def make_section(rng, boxes, discs):
     polygons = []
     for _ in range(boxes):
         center, size = rng.uniform(-4, 4, 2), rng.uniform(0.05, 2.0, 2) / 2
@@ -84,29 +84,24 @@ def test_a_waffle_sees_only_the_puck_of_another_waffle():
     poses = [Pose(0.0, 0.0, 0.0), Pose(1.5, 0.0, math.pi)]
     config = WorldConfig(engine="planar")
     ranges = World(load_world("hall_12"), [spec, spec], poses, config).observe()[0].scan
-    assert ranges is not None
     hits = np.flatnonzero(np.isfinite(ranges.ranges))
     # Puck to puck 1.5 + 2 * 0.064, radius 0.055; half angle asin(0.055 / 1.628) = 1.9 degrees.
     assert ranges.ranges[0] == pytest.approx(1.5 + 2 * 0.064 - 0.055, abs=1e-6)
     assert set(hits) == {359, 0, 1}
 
 
-def test_noise_depends_on_seed_robot_and_tick_only():
+def test_noise_depends_on_seed_robot_and_tick_and_is_normal():
     scene, spec = load_world("hall_12"), load_robot("turtlebot3_waffle")
     poses = [Pose(4.0, 0.0, 0.0), Pose(-4.0, 0.0, 0.0)]
 
-    def first_scan(seed: int, robots: int) -> np.ndarray:
+    def first_scan(seed, robots):
         config = WorldConfig(engine="planar")
         world = World(scene, [spec] * robots, poses[:robots], config, seed)
         scan = world.observe()[0].scan
-        assert scan is not None
         return scan.ranges
 
     assert np.array_equal(first_scan(1, 1), first_scan(1, 2))
     assert not np.array_equal(first_scan(1, 1), first_scan(2, 1))
-
-
-def test_noise_is_normal_with_the_stated_deviation():
     world = Section(
         (np.array([[2.0, -50.0], [3.0, -50.0], [3.0, 50.0], [2.0, 50.0]]),), np.zeros((0, 3)), ()
     )
@@ -119,16 +114,13 @@ def test_noise_is_normal_with_the_stated_deviation():
     assert np.mean(np.abs(errors) > 0.02) == pytest.approx(0.0455, abs=0.004)
 
 
-def test_out_of_range_measurements_follow_rep_117():
+def test_out_of_range_follows_rep_117_and_scans_come_at_their_rate():
     wall = np.array([[0.05, -1.0], [0.06, -1.0], [0.06, 1.0], [0.05, 1.0]])
     spec = LidarSpec(0.0, 0.0, 0.1, rays=4, angle_increment=math.pi / 2, sigma=0.0)
     group = LidarGroup(spec, [0], Section((wall,), np.zeros((0, 3)), ()), [NOTHING])
     ranges = group.scan(np.zeros((1, 3)), 0, 0)[0]
     assert ranges[0] == -np.inf
     assert ranges[2] == np.inf
-
-
-def test_scans_come_at_the_rate_of_the_lidar():
     scene, spec = load_world("hall_12"), load_robot("turtlebot3_waffle")
     world = World(scene, [spec], [Pose(0.0, 0.0, 0.0)], WorldConfig(engine="planar"))
     due = []

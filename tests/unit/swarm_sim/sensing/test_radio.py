@@ -3,15 +3,13 @@
 import numpy as np
 import pytest
 
-from swarm_common.model.beacon import BeaconArray, empty_beacons
+from swarm_common.model.beacon import empty_beacons
 from swarm_common.model.errors import ConfigError
-from swarm_sim.scene.randomness import hash_words
-from swarm_sim.sensing import radio_kernels
 from swarm_sim.sensing.radio import Radio, RadioConfig
 from tests.oracles import radio as oracle
 
 
-def beacons(count: int) -> BeaconArray:
+def beacons(count):
     result = empty_beacons(count)
     result["id"] = np.arange(1, count + 1)
     result["held"][:, 3, 1] = np.arange(count) + 0.5
@@ -34,11 +32,6 @@ def test_who_hears_whom_equals_the_slow_twin(seed, loss):
             received = radio.heard(receiver)
             assert (received["id"] - 1).tolist() == expected
             assert np.array_equal(received, sent[expected])
-
-
-def test_nothing_is_heard_at_the_first_tick():
-    radio = Radio(RadioConfig(), 2, 0)
-    assert len(radio.heard(0)) == 0
 
 
 @pytest.mark.parametrize(("delay", "ticks"), [(0.0, 1), (0.1, 2), (0.25, 4)])
@@ -71,10 +64,3 @@ def test_the_share_of_lost_messages_is_the_one_asked_for():
 def test_impossible_values_are_refused(values):
     with pytest.raises(ConfigError, match=r"radio\."):
         RadioConfig(**values)
-
-
-def test_words_are_drawn_as_the_slow_hash_does():
-    words = np.empty((30, 3), np.uint64)
-    radio_kernels.draw((7, 73, 12_345), words)
-    expected = hash_words(7, 73, 12_345, np.arange(30)[:, None], np.arange(3))
-    assert (words == expected).all()

@@ -10,15 +10,17 @@ BURGER, WAFFLE, TWO, FOUR = (
 )  # fmt: skip
 
 
-def told(seer: str, other: str, margin: float = 0.26) -> list[str]:
+def told(seer, other, margin=0.26):
     models = {other: open_robot(other).model}
     return list(overlooked([load_robot(seer)] * 2, [load_robot(other)] * 2, models, margin))
 
 
-def test_a_lidar_that_looks_over_a_body_is_named():
+def test_a_lidar_that_looks_over_or_short_of_a_body_is_named():
     """A burger drove into a waffle that had never said anything, 138 times."""
     expected = "the LiDAR of a turtlebot3_burger, 0.18 m above the ground, does not meet a "
     assert told(BURGER, WAFFLE) == [f"{expected}{WAFFLE}"]
+    (sentence,) = told(FOUR, FOUR, margin=0.2)
+    assert "meets a linorobot2_4wd 0.25 m inside of its outline only" in sentence
 
 
 @pytest.mark.parametrize(("seer", "other"), [(BURGER, TWO), (WAFFLE, TWO), (FOUR, TWO)])
@@ -29,8 +31,3 @@ def test_so_is_one_that_looks_between_a_body_and_its_lidar(seer, other):
 @pytest.mark.parametrize("model", [BURGER, WAFFLE, TWO, FOUR])
 def test_robots_see_their_like(model):
     assert told(model, model) == []
-
-
-def test_a_body_that_reaches_far_beyond_what_is_seen_is_named():
-    (sentence,) = told(FOUR, FOUR, margin=0.2)
-    assert "meets a linorobot2_4wd 0.25 m inside of its outline only" in sentence

@@ -26,16 +26,16 @@ CHARGER = Pose(2.0, 0.0, 0.0)
 
 
 def pass_time(
-    batteries: Batteries, ticks: int, places: list[tuple[float, float]],
-    twist: tuple[float, float, float] = (0.0, 0.0, 0.0), start: int = 0,
-) -> None:  # fmt: skip
+    batteries, ticks, places,
+    twist = (0.0, 0.0, 0.0), start = 0,
+):  # fmt: skip
     poses = np.array([(x, y, 0.0) for x, y in places])
     twists = np.tile(twist, (len(places), 1))
     for tick in range(start + 1, start + ticks + 1):
         batteries.update(tick, poses, twists)
 
 
-def share(batteries: Batteries, robot: int = 0) -> float:
+def share(batteries, robot=0):
     return batteries.readings(0)[robot].share
 
 
@@ -46,7 +46,6 @@ def test_standing_and_driving_take_what_the_model_says():
     pass_time(batteries, 600, [(0.0, 0.0)], (0.3, -0.5, 0.4))  # 5 + 10 * 0.5 + 2 * 0.5 = 11 W
     assert share(batteries) == pytest.approx(1.0 - 960.0 / 3600.0)
     verdict = batteries.verdict(0)
-    assert verdict is not None
     assert verdict.energy_used == pytest.approx(960.0 / 3600.0)
     assert verdict.least == verdict.final == pytest.approx(1.0 - 960.0 / 3600.0)
     assert (verdict.charges, verdict.charging_time, verdict.empty_at) == (0, 0.0, None)
@@ -96,7 +95,6 @@ def test_a_station_charges_the_nearest_that_stands_until_it_is_full():
     pass_time(batteries, 10, places, (0.1, 0.0, 0.0))
     assert batteries.readings(0)[0].status is SupplyStatus.DISCHARGING
     verdict = batteries.verdict(0)
-    assert verdict is not None
     assert (verdict.charges, verdict.charging_time) == (1, pytest.approx(60.0))
 
 
@@ -114,7 +112,6 @@ def test_an_empty_battery_stops_and_silences_its_robot_for_good():
     pass_time(batteries, 100, [(2.0, 0.0), (0.0, 0.0)], start=10)  # too late
     assert share(batteries) == 0.0
     verdict = batteries.verdict(0)
-    assert verdict is not None
     assert verdict.empty_at == pytest.approx(1.0)
 
 
@@ -136,7 +133,6 @@ def test_the_world_drives_the_batteries_of_robots_that_have_one():
     config = WorldConfig(engine="planar", with_lidar=False)
     world = World(scene, specs, [Pose(0.0, 0.0, 0.0), Pose(0.0, 3.0, 0.0)], config)
     seen = world.observe()
-    assert seen[0].battery is not None
     assert seen[0].battery.share == 1.0
     assert seen[1].battery is None
     world.step([Twist(0.2)] * 2, [None] * 2)

@@ -20,13 +20,13 @@ HALL = load_world("hall_12")
 ENGINES = ("planar", "bullet")
 
 
-def make_world(engine: str, *poses: Pose, **options: object) -> ChangingWorld:
-    config = WorldConfig(engine=engine, **options)  # type: ignore[arg-type]
+def make_world(engine, *poses, **options):
+    config = WorldConfig(engine=engine, **options)
     models = {WAFFLE.spec.model: WAFFLE.model}
     return ChangingWorld(HALL, [WAFFLE.spec] * len(poses), poses, config, 3, None, models)
 
 
-def turning(world: ChangingWorld, ticks: int) -> list[np.ndarray]:
+def turning(world, ticks):
     """Let everybody drive in wiggles; return the poses, and the first two robots' scans."""
     seen = []
     for _ in range(ticks):

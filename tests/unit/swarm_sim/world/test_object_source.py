@@ -26,7 +26,7 @@ def test_a_thing_in_xacro(tmp_path):
     path.write_text(XACRO)
     assert is_object(str(path), "", False, tmp_path)
     (part,) = read_object(str(path), "", tmp_path).parts
-    assert part.shape.size == (2.0, 1.0, 1.0)  # type: ignore[union-attr]
+    assert part.shape.size == (2.0, 1.0, 1.0)
     with pytest.raises(RefusedError, match="give a uri"):
         read_object("", XACRO, tmp_path)
 

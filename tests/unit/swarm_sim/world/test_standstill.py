@@ -12,7 +12,7 @@ from swarm_sim.world.verdict import Standstill
 from swarm_sim.world.world import World, WorldConfig
 
 
-def test_it_is_told_once_and_only_of_those_that_stand():
+def test_it_is_told_once_of_those_that_stand_and_do_not_turn():
     watch = Standstill(2)
     for _ in range(100):
         watch.observe(np.array([[0.3, 0.0, 0.0], [0.0, 0.0, -0.3]]))
@@ -21,9 +21,6 @@ def test_it_is_told_once_and_only_of_those_that_stand():
     watch.add()
     watch.observe(np.zeros((3, 3)))
     assert not list(watch.new(np.array([3.0, 0.01, 0.0])))
-
-
-def test_a_robot_that_turns_is_not_meant():
     watch = Standstill(1)
     for _ in range(1000):
         watch.observe(np.array([[0.0, 1.0, 0.0]]))

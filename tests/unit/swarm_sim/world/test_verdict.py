@@ -12,11 +12,11 @@ FAR = np.full((2, 2), np.inf)
 POSES = np.zeros((2, 3))
 
 
-def make_judge() -> Judge:
+def make_judge():
     return Judge(["a", "b"], POSES, FAR)
 
 
-def feed(judge: Judge, tick: int, *touches: Touch) -> None:
+def feed(judge, tick, *touches):
     judge.observe(0.1 * tick, 0.01, touches, POSES, FAR)
 
 
@@ -39,7 +39,7 @@ def test_one_episode_counts_once_and_ends_after_half_a_second():
     assert verdict.min_clearance == 0.0
 
 
-def test_obstacles_count_apart():
+def test_obstacles_count_apart_with_distance_and_clearance():
     judge = make_judge()
     feed(judge, 0, Touch(1, -1, "wall", 0, 0, 0), Touch(1, -1, "post", 0, 0, 1))
     feed(judge, 1, Touch(1, -1, "wall", 0, 0, 0))
@@ -47,9 +47,17 @@ def test_obstacles_count_apart():
     assert (verdict.robot_robot, verdict.robot_world) == (0, 2)
     assert verdict.robots["a"].collisions == 0
     assert verdict.collisions[0].obstacle == "wall"
+    judge = make_judge()
+    moved = np.array([[0.3, 0.4, 0.0], [0.0, 0.0, 1.0]])
+    judge.observe(0.0, 0.01, [], moved, np.array([[0.5, 0.2], [np.inf, np.inf]]))
+    verdict = judge.verdict(0.1)
+    assert math.isclose(verdict.robots["a"].distance, 0.5)
+    assert verdict.robots["a"].min_clearance == verdict.min_clearance == 0.2
+    assert verdict.robots["b"].distance == 0.0
+    assert verdict.robots["b"].min_clearance == math.inf
 
 
-def approach(judge: Judge, tick: int, *approaches: NearPair) -> None:
+def approach(judge, tick, *approaches):
     judge.observe(0.1 * tick, 0.01, [], POSES, FAR, approaches)
 
 
@@ -84,18 +92,7 @@ def test_an_approach_that_ends_or_begins_with_contact_is_no_near_miss():
     assert judge.verdict(1.1).near_misses == 1
 
 
-def test_distance_and_clearance():
-    judge = make_judge()
-    moved = np.array([[0.3, 0.4, 0.0], [0.0, 0.0, 1.0]])
-    judge.observe(0.0, 0.01, [], moved, np.array([[0.5, 0.2], [np.inf, np.inf]]))
-    verdict = judge.verdict(0.1)
-    assert math.isclose(verdict.robots["a"].distance, 0.5)
-    assert verdict.robots["a"].min_clearance == verdict.min_clearance == 0.2
-    assert verdict.robots["b"].distance == 0.0
-    assert verdict.robots["b"].min_clearance == math.inf
-
-
-def test_json_has_no_infinity():
+def test_json_has_no_infinity_and_the_hash_tells_trajectories_apart():
     data = json.loads(json.dumps(make_judge().verdict(0.0).as_json(), allow_nan=False))
     assert data["min_clearance"] is None
     assert data["robots"]["a"] == {
@@ -104,9 +101,6 @@ def test_json_has_no_infinity():
         "min_clearance": None,
         "near_misses": 0,
     }
-
-
-def test_the_hash_tells_trajectories_apart():
     hashes = []
     for offset in (0.0, 0.0, 1e-15):
         judge = make_judge()

@@ -9,7 +9,7 @@ import pytest
 
 from swarm_common.model.beacon import empty_beacons
 from swarm_common.model.errors import ConfigError, RobotModelError, UnknownNameError
-from swarm_common.model.records import Pose, RobotSpec, Twist, wrap_angle
+from swarm_common.model.records import Pose, Twist, wrap_angle
 from swarm_describe.robots.loading import load_robot
 from swarm_describe.worlds.reader import load_world
 from swarm_describe.worlds.scene import Scene
@@ -24,14 +24,12 @@ HALL = load_world("hall_12")
 ENGINES = ("planar", "bullet")
 
 
-def make_world(
-    engine: str, scene: Scene, *poses: Pose, seed: int = 0, spec: RobotSpec = WAFFLE
-) -> World:
+def make_world(engine, scene, *poses, seed=0, spec=WAFFLE):
     config = WorldConfig(engine=engine, with_lidar=False)
     return World(scene, [spec] * len(poses), poses, config, seed)
 
 
-def drive(world: World, seconds: float, *twists: Twist) -> None:
+def drive(world, seconds, *twists):
     for _ in range(round(10 * seconds)):
         world.step(twists, [None] * len(twists))
 
@@ -181,7 +179,7 @@ def test_the_ground_and_standing_still_are_no_collisions(engine):
     world.close()
 
 
-def run(engine: str, seed: int) -> tuple[str, float]:
+def run(engine, seed):
     scene = load_world("slim_blockage")
     config = WorldConfig(engine=engine, radio=RadioConfig(loss=0.3))
     world = World(scene, [WAFFLE] * 6, spawn_poses(scene, WAFFLE, 6), config, seed)
@@ -237,7 +235,7 @@ def test_worlds_of_one_process_do_not_disturb_each_other():
 def test_closed_worlds_leave_nothing_behind():
     process = psutil.Process()
 
-    def cycle(count: int) -> None:
+    def cycle(count):
         for _ in range(count):
             world = make_world("bullet", HALL, Pose(0.0, 0.0, 0.0))
             world.close()
@@ -250,7 +248,7 @@ def test_closed_worlds_leave_nothing_behind():
     assert process.memory_info().rss - memory < 30e6
 
 
-def test_impossible_settings_are_refused():
+def test_impossible_settings_and_wheels_are_refused():
     with pytest.raises(UnknownNameError, match="did you mean 'bullet'"):
         WorldConfig(engine="bulet")
     with pytest.raises(ConfigError, match="actuation_noise"):
@@ -261,9 +259,6 @@ def test_impossible_settings_are_refused():
         WorldConfig(physics_period=0.0)
     with pytest.raises(ValueError, match="1 robot models but 2 poses"):
         World(FIELD, [WAFFLE], [Pose(0, 0, 0)] * 2)
-
-
-def test_a_robot_without_the_wheels_that_it_names_is_refused():
     from dataclasses import replace
 
     lame = replace(WAFFLE, wheels_left=("front_left", "rear_left"))

@@ -1,6 +1,5 @@
 """What a page is made of, without a browser: links, the time line, messages, driving by hand."""
 
-from collections.abc import Callable
 from unittest.mock import MagicMock
 
 import numpy as np
@@ -43,7 +42,7 @@ def test_what_is_no_camera_is_left_out(camera):
     assert place_of("", "", "inf", "").time is None
 
 
-def test_marks_are_on_the_time_line_where_they_happened():
+def test_the_past_has_marks_and_hatches_what_is_not_known():
     text = strip_html(MARKS, 0.0, 100.0, 42.0, is_live=False)
     assert "collisions 1" in text
     assert "near misses 0" in text
@@ -55,12 +54,13 @@ def test_marks_are_on_the_time_line_where_they_happened():
     assert "<b>robot" not in text
     assert "Live" not in text
     assert "Live" in strip_html(MARKS, 0.0, 100.0, 42.0, is_live=True)
-
-
-def test_a_time_of_which_nothing_is_known_is_hatched():
     text = strip_html(MARKS, 0.0, 100.0, 42.0, is_live=True, gaps=[(30.0, 50.0)])
     assert "30.0 s to 50.0 s: not known" in text
     assert "left:30.00%;width:20.00%" in text
+    assert next_mark(MARKS, 0.0, 1) is MARKS[1]
+    assert next_mark(MARKS, 10.0, 1) is MARKS[2]
+    assert next_mark(MARKS, 20.0, -1) is MARKS[1]
+    assert next_mark(MARKS, 10.0, -1) is None
 
 
 def test_the_past_steps_over_what_is_not_known():
@@ -91,13 +91,6 @@ def test_the_past_steps_over_what_is_not_known():
     assert past.time == pytest.approx(50.0)
 
 
-def test_the_next_mark_is_no_goal():
-    assert next_mark(MARKS, 0.0, 1) is MARKS[1]
-    assert next_mark(MARKS, 10.0, 1) is MARKS[2]
-    assert next_mark(MARKS, 20.0, -1) is MARKS[1]
-    assert next_mark(MARKS, 10.0, -1) is None
-
-
 def test_messages_of_the_page_are_read_with_care():
     assert parse('{"kind": "seek", "value": 3.5, "count": 1}') == ("seek", 3.5)
     for text in ("", "[]", "{", '{"kind": 3}', "[" * 1000, '{"kind":"' + "x" * LONGEST + '"}'):
@@ -110,22 +103,20 @@ def test_messages_of_the_page_are_read_with_care():
 class Robot:
     """A robot that is driven."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.wishes: list[Twist] = []
         self.given_back = 0
 
-    def begin_drive(
-        self, robot: str, tell: Callable[[str], None], on_end: Callable[[], None]
-    ) -> None:
+    def begin_drive(self, robot, tell, on_end):
         self.end = on_end
 
-    def full_speed(self, robot: str) -> Twist | None:
+    def full_speed(self, robot):
         return Twist(0.2, 0.0, 1.0)
 
-    def wish(self, robot: str, twist: Twist) -> None:
+    def wish(self, robot, twist):
         self.wishes.append(twist)
 
-    def end_drive(self, robot: str) -> None:
+    def end_drive(self, robot):
         self.given_back += 1
 
 

@@ -14,17 +14,17 @@ FRAME = 0.04  # [s]
 class Camera:
     """What a page reports of its camera, some frames late."""
 
-    def __init__(self, late: int) -> None:
+    def __init__(self, late):
         """Show something else; reports take `late` frames."""
         self.shown = np.zeros(3), np.array([0.0, -20.0, 30.0])
         self.look_at, self.position = self.shown
         self._reports: deque[Any] = deque([self.shown] * late)
 
-    def look(self, target: np.ndarray, position: np.ndarray) -> None:
+    def look(self, target, position):
         """Do as told; nothing is known of it before it is reported."""
         self.shown = target, position
 
-    def frame(self, turn: float) -> None:
+    def frame(self, turn):
         """Let the reader turn the page's camera, and an old report come in."""
         look_at, position = self.shown
         cos, sin = np.cos(turn), np.sin(turn)

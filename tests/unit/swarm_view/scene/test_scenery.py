@@ -13,18 +13,17 @@ from swarm_view.scene.scenery import CUT, CUT_HEIGHT, WHOLE, Scenery
 class Handle:
     """A mesh on the page."""
 
-    def __init__(self, shown: list["Handle"], name: str) -> None:
+    def __init__(self, shown, name):
         self.name, self._shown = name, shown
         self.position: tuple[float, ...] = ()
         self.wxyz: tuple[float, ...] = ()
         shown.append(self)
 
-    def remove(self) -> None:
-        """Take it off the page."""
+    def remove(self):
         self._shown.remove(self)
 
 
-def marker(number: int, x: float, size: float = 0.4, action: int = Marker.ADD) -> Any:
+def marker(number, x, size=0.4, action=Marker.ADD):
     item = Marker(ns="object", id=number, type=Marker.CUBE, action=action)
     item.pose.position.x = x
     item.scale.x = item.scale.y = item.scale.z = size
@@ -34,7 +33,7 @@ def marker(number: int, x: float, size: float = 0.4, action: int = Marker.ADD) -
 def test_movers_come_move_change_and_go():
     shown: list[Handle] = []
     scene = SimpleNamespace(add_mesh_simple=lambda name, *_, **__: Handle(shown, name))
-    scenery = Scenery(SimpleNamespace(scene=scene))  # type: ignore[arg-type]
+    scenery = Scenery(SimpleNamespace(scene=scene))
     scenery.draw_movers([marker(0, 1.0), marker(1, 2.0)])
     first, second = shown
     scenery.draw_movers([marker(0, 1.5), marker(1, 2.0)])
@@ -47,7 +46,7 @@ def test_movers_come_move_change_and_go():
     assert shown != [second]
 
 
-def upright(height: float, middle: float) -> Any:
+def upright(height, middle):
     item = marker(0, 0.0)
     item.scale.z, item.pose.position.z, item.pose.orientation.w = height, middle, 1.0
     return item
@@ -56,20 +55,19 @@ def upright(height: float, middle: float) -> Any:
 class Sheet:
     """A scene that notes what is drawn on it."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.drawn: dict[str, Any] = {}
 
-    def add_frame(self, name: str, **_: Any) -> None:
+    def add_frame(self, name, **_):
         """Add a root."""
 
-    def add_batched_meshes_simple(self, name: str, *_: Any, **properties: Any) -> None:
-        """Note boxes."""
+    def add_batched_meshes_simple(self, name, *_, **properties):
         self.drawn[name] = properties
 
 
 def test_walls_are_cut_where_they_would_hide_robots():
     sheet = Sheet()
-    scenery = Scenery(SimpleNamespace(scene=sheet))  # type: ignore[arg-type]
+    scenery = Scenery(SimpleNamespace(scene=sheet))
     scenery.draw_markers([upright(2.0, 1.0), upright(0.3, 0.15), upright(0.4, 2.0)])
     whole = [name for name in sheet.drawn if name.startswith(WHOLE)]
     cut = [name for name in sheet.drawn if name.startswith(CUT)]
@@ -89,7 +87,7 @@ def test_stations_lie_below_the_marks_of_robots():
     station = upright(0.02, 0.01)
     station.ns = "station"
     sheet = Sheet()
-    Scenery(SimpleNamespace(scene=sheet)).draw_markers([station])  # type: ignore[arg-type]
+    Scenery(SimpleNamespace(scene=sheet)).draw_markers([station])
     tops = [
         drawn["batched_positions"][0][2] + 0.5 * drawn["batched_scales"][0][2]
         for drawn in sheet.drawn.values()

@@ -12,7 +12,7 @@ from swarm_view.state.decode import Raster
 SIZE = (1600.0, 900.0)
 
 
-def hall(width: float, depth: float) -> Raster:
+def hall(width, depth):
     return Raster(np.zeros((round(depth), round(width)), np.int8), 1.0, (-3.0, 5.0))
 
 
@@ -31,7 +31,7 @@ def test_all_of_a_hall_is_seen_as_large_as_the_free_part_allows(view, size):
     assert ((pixels.max(axis=0) - pixels.min(axis=0)) / free).max() > 0.85
 
 
-def test_a_camera_projects_what_is_right_to_the_right():
+def test_a_camera_projects_right_and_ahead_and_nothing_behind_it():
     camera = Camera(np.array([0.0, -5.0, 5.0]), np.zeros(3), 1.0, *SIZE)
     pixels, depths = camera.project(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]))
     np.testing.assert_allclose(pixels[0], [800.0, 450.0])
@@ -40,13 +40,12 @@ def test_a_camera_projects_what_is_right_to_the_right():
     assert depths[0] == pytest.approx(50.0**0.5)
     metre = 1.0 / camera.sizes(np.zeros((1, 3)))[0]
     assert pixels[1][0] - 800.0 == pytest.approx(metre, rel=0.05)
-
-
-def test_a_robots_eye_looks_ahead():
     target, position = eye_of(np.array([1.0, 2.0, 0.5 * np.pi]), 0.3)
     np.testing.assert_allclose(position[:2], [1.0, 2.3], atol=1e-9)
     assert target[1] > position[1]
     assert target[2] < position[2]
+    camera = Camera(np.array([0.0, -5.0, 1.0]), np.zeros(3), 1.0, *SIZE)
+    assert arrange([LabelWish("a", ("a",), np.array([0.0, -9.0, 0.0]))], camera) == {}
 
 
 def test_labels_in_one_place_do_not_pile_up():
@@ -72,7 +71,7 @@ def test_labels_in_one_place_do_not_pile_up():
         assert abs(tops[a][0] - tops[b][0]) > 7.0 * min(len(placed[a].text), len(placed[b].text))
 
 
-def test_labels_leave_the_marks_of_robots_in_sight():
+def test_labels_leave_marks_in_sight_and_are_shown_in_full_far_apart():
     camera = Camera(np.array([0.0, -1e-3, 10.0]), np.zeros(3), 1.0, *SIZE)
     wish = LabelWish("a", ("Srobot1 waiting", "1"), np.zeros(3), 0.3)
     alone = arrange([wish], camera)["a"]
@@ -84,17 +83,9 @@ def test_labels_leave_the_marks_of_robots_in_sight():
     around = np.array([(x, y, 0.0) for x in (-0.6, 0.0, 0.6) for y in (-0.6, 0.0, 0.6)])
     crowded = arrange([wish], camera, marks=(around, np.full(9, 0.3)))["a"]
     assert crowded.text == "1"
-
-
-def test_labels_far_apart_are_all_shown_in_full():
     camera = Camera(np.array([0.0, -1e-3, 10.0]), np.zeros(3), 1.0, *SIZE)
     wishes = [
         LabelWish(f"{i}", (f"robot {i}", "x"), np.array([2.0 * i, 0.0, 0.0])) for i in (-2, 0, 2)
     ]
     placed = arrange(wishes, camera)
     assert [label.text for label in placed.values()] == ["robot -2", "robot 0", "robot 2"]
-
-
-def test_a_label_behind_the_camera_is_not_shown():
-    camera = Camera(np.array([0.0, -5.0, 1.0]), np.zeros(3), 1.0, *SIZE)
-    assert arrange([LabelWish("a", ("a",), np.array([0.0, -9.0, 0.0]))], camera) == {}

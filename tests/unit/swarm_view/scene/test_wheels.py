@@ -1,8 +1,6 @@
 """Wheels that turn as their robot moves."""
 
 import io
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +13,6 @@ from swarm_sim.physics.drive import Wheels
 from swarm_view.scene.bodies import AWAY, Bodies
 from swarm_view.scene.fleet import NEAR_ROBOTS, DrawnFleet
 from swarm_view.scene.robot_mesh import RobotMesh, robot_mesh
-from swarm_view.scene.wheels import rolled
 
 WAFFLE = "turtlebot3_waffle"
 BATCHED = ("batched_positions", "batched_wxyzs")
@@ -24,45 +21,43 @@ BATCHED = ("batched_positions", "batched_wxyzs")
 class Batch:
     """What viser would draw."""
 
-    def __init__(self, glb: bytes, batched_wxyzs: Any, batched_positions: Any) -> None:
+    def __init__(self, glb, batched_wxyzs, batched_positions):
         self.glb = glb
         self.sent = 0
         self.is_removed = False
         self.batched_wxyzs, self.batched_positions = batched_wxyzs, batched_positions
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name, value):
         if name in BATCHED:
             self.sent += 1
             value = np.array(value)
         super().__setattr__(name, value)
 
-    def remove(self) -> None:
+    def remove(self):
         self.is_removed = True
 
 
 class Scene:
     """A viser scene, and the server that has it."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.batches: dict[str, Batch] = {}
         self.scene = self
 
-    def add_batched_glb(
-        self, name: str, glb: bytes, *, batched_wxyzs: Any, batched_positions: Any, **_: Any
-    ) -> Batch:
+    def add_batched_glb(self, name, glb, *, batched_wxyzs, batched_positions, **_):
         self.batches[name] = Batch(glb, batched_wxyzs, batched_positions)
         return self.batches[name]
 
-    def add_batched_meshes_simple(self, name: str, *_: Any, **values: Any) -> Batch:
+    def add_batched_meshes_simple(self, name, *_, **values):
         self.batches[name] = Batch(b"", values["batched_wxyzs"], values["batched_positions"])
         return self.batches[name]
 
 
 @pytest.fixture(scope="module")
-def mesh_of() -> Callable[[str], RobotMesh]:
+def mesh_of():
     known: dict[str, RobotMesh] = {}
 
-    def find(name: str) -> RobotMesh:
+    def find(name):
         if name not in known:
             known[name] = robot_mesh(open_robot(name).urdf)
         return known[name]
@@ -81,17 +76,9 @@ def test_wheels_turn_as_those_of_the_world(name, mesh_of):
         assert sorted(drawn) == pytest.approx(sorted(wheels.rates(0.1, -0.4, 0.3)), rel=0.02)
 
 
-def test_a_way_is_seen_from_the_robot():
-    before = np.array([[1.0, 2.0, np.pi / 2], [0.0, 0.0, 3.1]])
-    after = np.array([[1.0, 2.5, np.pi / 2], [0.0, 0.0, -3.1]])
-    ways = rolled(before, after)
-    assert ways[0] == pytest.approx([0.5, 0.0, 0.0])
-    assert ways[1] == pytest.approx([0.0, 0.0, 2.0 * np.pi - 6.2])
-
-
 def test_a_nearby_robots_wheels_are_where_they_belong(mesh_of):
     scene, mesh = Scene(), mesh_of(WAFFLE)
-    bodies = Bodies(scene, "/r", mesh, np.array([0, 2]), 8)  # type: ignore[arg-type]
+    bodies = Bodies(scene, "/r", mesh, np.array([0, 2]), 8)
     poses = np.array([[0.0, 0.0, 0.0], [9.0, 9.0, 0.0], [1.0, 2.0, np.pi / 2]])
     bodies.move(poses)
     assert list(scene.batches) == ["/r"]
@@ -112,7 +99,7 @@ def test_a_nearby_robots_wheels_are_where_they_belong(mesh_of):
 
 def test_only_robots_near_a_camera_cost_more(mesh_of):
     scene = Scene()
-    fleet = DrawnFleet(scene)  # type: ignore[arg-type]
+    fleet = DrawnFleet(scene)
     names = [f"Srobot{i}" for i in range(1, 41)]
     fleet.assemble(names, dict.fromkeys(names, open_robot(WAFFLE).urdf))
     poses = np.column_stack([0.5 * np.arange(40.0), np.zeros(40), np.zeros(40)])
@@ -133,16 +120,13 @@ def test_only_robots_near_a_camera_cost_more(mesh_of):
     assert all(batch.is_removed for batch in scene.batches.values())
 
 
-def test_no_part_of_a_robot_is_moved_twice(mesh_of):
+def test_no_part_is_moved_twice_and_far_robots_are_simpler(mesh_of):
     for name in robot_names():
         mesh = mesh_of(name)
         for glb in (mesh.glb, mesh.body or mesh.glb, *(wheel.glb for wheel in mesh.wheels)):
             graph = trimesh.load_scene(io.BytesIO(glb), file_type="glb").graph
             for node in graph.nodes_geometry:
                 np.testing.assert_array_equal(graph[node][0], np.eye(4), name)
-
-
-def test_from_afar_robots_are_simpler_and_as_large(mesh_of):
     for name in robot_names():
         mesh = mesh_of(name)
         vertices, faces = mesh.shape
@@ -153,11 +137,11 @@ def test_from_afar_robots_are_simpler_and_as_large(mesh_of):
 
 
 def test_what_hangs_on_a_swivel_or_off_the_ground_is_no_wheel():
-    def link(name: str, radius: float) -> str:
+    def link(name, radius):
         visual = f"<visual><geometry><sphere radius='{radius}'/></geometry></visual>"
         return f"<link name='{name}'>{visual}</link>"
 
-    def joint(child: str, place: str, axis: str, parent: str = "base") -> str:
+    def joint(child, place, axis, parent="base"):
         return (
             f"<joint name='{child}_joint' type='continuous'><parent link='{parent}'/>"
             f"<child link='{child}'/><origin xyz='{place}'/><axis xyz='{axis}'/></joint>"

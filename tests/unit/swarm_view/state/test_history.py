@@ -14,22 +14,51 @@ from swarm_view.state.history import History, Kind
 IDLE = ReportedState(0, "idle", "", Pose(0.0, 0.0, 0.0), None, "", 0, 0.0, 0.0, 0.0, 0, 0)
 
 
-def said(tick: int, state: str, detail: str = "", **values: object) -> ReportedState:
-    return replace(IDLE, tick=tick, state=state, detail=detail, **values)  # type: ignore[arg-type]
+def said(tick, state, detail="", **values):
+    return replace(IDLE, tick=tick, state=state, detail=detail, **values)
 
 
-def verdict(tick: int, robots: int = 0, world: int = 0, near: int = 0) -> Verdict:
+def verdict(tick, robots=0, world=0, near=0):
     message = Verdict(stamp=ros_io.time_msg(tick), min_clearance=0.2 - 0.001 * tick)
     message.collisions_robot_robot, message.collisions_robot_world = robots, world
     message.near_misses = near
     return message
 
 
-def texts(history: History, kind: Kind) -> list[tuple[float, str]]:
+def texts(history, kind):
     return [(round(mark.time, 1), mark.text) for mark in history.marks if mark.kind is kind]
 
 
-def test_collisions_and_near_misses_are_marked_when_they_happen():
+def test_what_takes_long_is_marked_from_its_beginning():
+    history = History()
+    for tick in range(0, 1500, 5):
+        state = "driving" if tick < 100 or tick >= 1200 else "waiting" if tick % 2 else "yielding"
+        history.add_status("Srobot1", said(tick, state, f"for Srobot{2 + tick % 3}"))
+        history.add_status("Srobot2", said(tick, "holding" if tick < 500 else "driving"))
+    (mark,) = [mark for mark in history.marks if mark.kind is Kind.WAIT]
+    assert mark.robot == "Srobot1"
+    assert (mark.time, mark.end) == pytest.approx((10.0, 119.5))
+    history = History()
+    history.add_status("Srobot1", said(470, "idle"))
+    since = history.state_since("Srobot1", 91.0)
+    assert since == pytest.approx(47.0)
+    assert not history.saw_begin("Srobot1", 47.0)
+    history.add_status("Srobot1", said(500, "driving"))
+    assert history.saw_begin("Srobot1", 50.0)
+    history.add_status("Srobot2", said(600, "idle"))  # it came later
+    assert history.saw_begin("Srobot2", 60.0)
+
+
+def test_goals_faults_collisions_and_near_misses_are_marked():
+    history = History()
+    history.add_status("Srobot1", said(0, "driving", station="loader_1"))
+    history.add_status("Srobot1", said(10, "idle", goals_reached=1))
+    history.add_status("Srobot1", said(20, "recovering", "lost", goals_reached=1))
+    history.add_status("Srobot1", said(30, "recovering", "lost", goals_reached=1, goals_failed=1))
+    history.add_status("Srobot1", said(40, "inactive", goals_reached=1, goals_failed=1))
+    assert texts(history, Kind.GOAL) == [(1.0, "Srobot1 reaches its goal at loader_1")]
+    assert [time for time, _ in texts(history, Kind.FAULT)] == [2.0, 3.0, 4.0]
+    assert history.span == (0.0, 4.0)
     history = History()
     poses = np.array([[0.0, 0.0, 0.0], [0.4, 0.0, 0.0], [5.0, 0.0, 0.0]])
     history.add_poses(40, ["Srobot1", "Srobot2", "Srobot3"], poses)
@@ -43,41 +72,6 @@ def test_collisions_and_near_misses_are_marked_when_they_happen():
     assert texts(history, Kind.COLLISION)[1][1] == "2 x robot touches the world"
 
 
-def test_a_wait_of_more_than_a_minute_is_one_mark_from_its_beginning():
-    history = History()
-    for tick in range(0, 1500, 5):
-        state = "driving" if tick < 100 or tick >= 1200 else "waiting" if tick % 2 else "yielding"
-        history.add_status("Srobot1", said(tick, state, f"for Srobot{2 + tick % 3}"))
-        history.add_status("Srobot2", said(tick, "holding" if tick < 500 else "driving"))
-    (mark,) = [mark for mark in history.marks if mark.kind is Kind.WAIT]
-    assert mark.robot == "Srobot1"
-    assert (mark.time, mark.end) == pytest.approx((10.0, 119.5))
-
-
-def test_a_state_that_began_before_the_viewer_came_lasts_at_least_so_long():
-    history = History()
-    history.add_status("Srobot1", said(470, "idle"))
-    since = history.state_since("Srobot1", 91.0)
-    assert since == pytest.approx(47.0)
-    assert not history.saw_begin("Srobot1", 47.0)
-    history.add_status("Srobot1", said(500, "driving"))
-    assert history.saw_begin("Srobot1", 50.0)
-    history.add_status("Srobot2", said(600, "idle"))  # it came later
-    assert history.saw_begin("Srobot2", 60.0)
-
-
-def test_goals_and_faults_are_marked():
-    history = History()
-    history.add_status("Srobot1", said(0, "driving", station="loader_1"))
-    history.add_status("Srobot1", said(10, "idle", goals_reached=1))
-    history.add_status("Srobot1", said(20, "recovering", "lost", goals_reached=1))
-    history.add_status("Srobot1", said(30, "recovering", "lost", goals_reached=1, goals_failed=1))
-    history.add_status("Srobot1", said(40, "inactive", goals_reached=1, goals_failed=1))
-    assert texts(history, Kind.GOAL) == [(1.0, "Srobot1 reaches its goal at loader_1")]
-    assert [time for time, _ in texts(history, Kind.FAULT)] == [2.0, 3.0, 4.0]
-    assert history.span == (0.0, 4.0)
-
-
 def test_states_and_places_of_the_past_are_known():
     history = History()
     for tick in range(101):
@@ -86,11 +80,9 @@ def test_states_and_places_of_the_past_are_known():
     history.add_status("Srobot1", said(40, "waiting", "for Srobot2"))
     history.add_status("Srobot1", said(60, "waiting", "for Srobot3"))
     moment = history.moment(5.04)
-    assert moment is not None
     assert moment[0] == 50
     assert moment[2][0, 0] == pytest.approx(5.0)
     state = history.state_at("Srobot1", 5.0)
-    assert state is not None
     assert state.detail == "for Srobot2"
     assert history.state_since("Srobot1", 9.0) == pytest.approx(4.0)
     assert [change.state.state for change in history.changes("Srobot1", 9.0, 5)] == [

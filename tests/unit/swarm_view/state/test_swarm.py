@@ -6,23 +6,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm_common.model.palette import LOOKS
-from swarm_view.page.panel_text import (
-    robot_html,
-    stations_html,
-    topics_html,
-    verdict_html,
-    wait_chain,
-)
-from swarm_view.scene.robot_mesh import RobotMesh, robot_mesh
+from swarm_view.page.panel_text import robot_html, stations_html, verdict_html, wait_chain
+from swarm_view.scene.robot_mesh import robot_mesh
 from swarm_view.state import topics
-from swarm_view.state.decode import ReportedState
 from swarm_view.state.swarm import Swarm
 from swarm_view.state.topics import Layer
 from tests.fakes.moving_feed import MovingFeed
 
 
-def watch(feed: MovingFeed, now: list[float], known: Swarm, ticks: int = 10) -> Swarm:
-    """Let a few ticks pass."""
+def watch(feed, now, known, ticks=10):
     for _ in range(ticks):
         now[0] += 0.1
         known.apply(feed.take(), now[0])
@@ -30,7 +22,7 @@ def watch(feed: MovingFeed, now: list[float], known: Swarm, ticks: int = 10) -> 
 
 
 @pytest.fixture(scope="module")
-def swarm() -> Swarm:
+def swarm():
     now = [0.0]
     feed = MovingFeed(12, clock=lambda: now[0])
     feed.want(set(feed.topics()))
@@ -39,81 +31,10 @@ def swarm() -> Swarm:
     return watch(feed, now, known)
 
 
-def test_robots_are_known_in_the_order_of_their_numbers(swarm):
+def test_robots_are_known_by_number_and_come_and_go(swarm):
     assert swarm.names == [f"Srobot{i}" for i in range(1, 13)]
     assert len(swarm.track.latest) == 12
     assert swarm.tick > 0
-
-
-def test_messages_become_what_is_drawn(swarm):
-    assert swarm.map is not None
-    assert {marker.ns for marker in swarm.markers} >= {"body", "station", "circuit"}
-    assert set(swarm.states) == set(swarm.names)
-    version, scan = swarm.layer("Srobot2", Layer.SCAN)
-    assert version > 0
-    assert len(scan.ranges) == 360
-    assert swarm.layer("Srobot2", Layer.SCAN)[1] is scan
-    assert swarm.layer("Srobot2", Layer.PLAN) == (0, None)
-    assert swarm.pose_at("Srobot2", scan.tick) is not None
-    assert swarm.pose_at("Srobot99", 0) is None
-
-
-def test_layers_that_nobody_shows_are_forgotten(swarm):
-    kept = topics.of_layer("Srobot1", Layer.SCAN)
-    swarm.drop_layers({kept})
-    assert swarm.layer("Srobot1", Layer.SCAN)[0] > 0
-    assert swarm.layer("Srobot2", Layer.SCAN)[0] == 0
-
-
-def test_the_panel_says_what_is_known(swarm):
-    text = verdict_html(swarm, True, "7 %")
-    assert "(paused)" in text
-    assert "66 reached, 0 tries failed" in text
-    assert "0.110 m" in text
-    assert "driving 2" in text
-    assert "number 3 in the queue" in robot_html("Srobot4", swarm.states, "/x")
-    moved = swarm.states["Srobot4"].pose_map
-    text = robot_html("Srobot4", swarm.states, "/x", np.array([moved.x, moved.y + 0.5, 0]))
-    assert "0.50 m off" in text
-    assert "has said nothing" in robot_html("<b>", {}, "/x")
-    assert "&lt;b&gt;" in robot_html("<b>", {}, "/x")
-    assert "Srobot1 &larr; Srobot2" in stations_html(swarm.states)
-
-
-def test_a_robot_says_for_whom_it_waits_and_that_one_for_whom(swarm):
-    def waits(robot: str, other: str) -> ReportedState:
-        return replace(swarm.states[robot], state="waiting", detail=f"for {other}, which turns")
-
-    states = {
-        **swarm.states,
-        "Srobot1": waits("Srobot1", "Srobot2"),
-        "Srobot2": waits("Srobot2", "Srobot7"),
-    }
-    assert wait_chain("Srobot1", states) == ["Srobot2", "Srobot7"]
-    states["Srobot7"] = waits("Srobot7", "Srobot1")
-    assert wait_chain("Srobot1", states) == ["Srobot2", "Srobot7", "Srobot1", "Srobot2"]
-    text = robot_html("Srobot1", states, "/x", None, 10.0, 52.0)
-    assert "waiting for 42 s" in text
-    assert "data-swarm-text='Srobot7'" in text
-    assert "for Srobot2, which turns" in text
-    assert LOOKS["waiting"].meaning not in text  # one reason, the robot's own
-
-
-def test_topics_of_a_robot_can_be_copied():
-    assert "data-swarm-copy='/Srobot3/cmd_vel'" in topics_html("Srobot3")
-
-
-def test_without_ground_truth_the_statuses_say_where_robots_are():
-    now = [0.0]
-    feed = MovingFeed(3, clock=lambda: now[0])
-    feed.want({f"/{name}/status" for name in feed.names})
-    known = Swarm()
-    known.meet(feed.names)
-    watch(feed, now, known)
-    assert known.track.latest.shape == (3, 3)
-
-
-def test_robots_come_and_go():
     now = [0.0]
     feed = MovingFeed(4, clock=lambda: now[0])
     feed.want(set(feed.topics()))
@@ -133,15 +54,69 @@ def test_robots_come_and_go():
     assert len(known.track.latest) == len(known.states) == len(known.trails.segments()) == 0
 
 
-def test_a_robot_is_drawn_from_its_description(swarm):
+def test_messages_become_what_is_drawn(swarm):
+    assert swarm.map is not None
+    assert {marker.ns for marker in swarm.markers} >= {"body", "station", "circuit"}
+    assert set(swarm.states) == set(swarm.names)
+    version, scan = swarm.layer("Srobot2", Layer.SCAN)
+    assert version > 0
+    assert len(scan.ranges) == 360
+    assert swarm.layer("Srobot2", Layer.SCAN)[1] is scan
+    assert swarm.layer("Srobot2", Layer.PLAN) == (0, None)
+    assert swarm.pose_at("Srobot2", scan.tick) is not None
+    assert swarm.pose_at("Srobot99", 0) is None
+
+
+def test_the_panel_says_what_is_known(swarm):
+    text = verdict_html(swarm, True, "7 %")
+    assert "(paused)" in text
+    assert "66 reached, 0 tries failed" in text
+    assert "0.110 m" in text
+    assert "driving 2" in text
+    assert "number 3 in the queue" in robot_html("Srobot4", swarm.states, "/x")
+    moved = swarm.states["Srobot4"].pose_map
+    text = robot_html("Srobot4", swarm.states, "/x", np.array([moved.x, moved.y + 0.5, 0]))
+    assert "0.50 m off" in text
+    assert "has said nothing" in robot_html("<b>", {}, "/x")
+    assert "&lt;b&gt;" in robot_html("<b>", {}, "/x")
+    assert "Srobot1 &larr; Srobot2" in stations_html(swarm.states)
+
+
+def test_a_robot_says_for_whom_it_waits_and_that_one_for_whom(swarm):
+    def waits(robot, other):
+        return replace(swarm.states[robot], state="waiting", detail=f"for {other}, which turns")
+
+    states = {
+        **swarm.states,
+        "Srobot1": waits("Srobot1", "Srobot2"),
+        "Srobot2": waits("Srobot2", "Srobot7"),
+    }
+    assert wait_chain("Srobot1", states) == ["Srobot2", "Srobot7"]
+    states["Srobot7"] = waits("Srobot7", "Srobot1")
+    assert wait_chain("Srobot1", states) == ["Srobot2", "Srobot7", "Srobot1", "Srobot2"]
+    text = robot_html("Srobot1", states, "/x", None, 10.0, 52.0)
+    assert "waiting for 42 s" in text
+    assert "data-swarm-text='Srobot7'" in text
+    assert "for Srobot2, which turns" in text
+    assert LOOKS["waiting"].meaning not in text  # one reason, the robot's own
+
+
+def test_without_ground_truth_the_statuses_say_where_robots_are():
+    now = [0.0]
+    feed = MovingFeed(3, clock=lambda: now[0])
+    feed.want({f"/{name}/status" for name in feed.names})
+    known = Swarm()
+    known.meet(feed.names)
+    watch(feed, now, known)
+    assert known.track.latest.shape == (3, 3)
+
+
+def test_a_robot_is_drawn_from_its_description_or_without(swarm):
     mesh = robot_mesh(swarm.descriptions["Srobot1"])
     assert mesh.glb[:4] == b"glTF"
     assert 0.15 < radius_of(mesh) < 0.35
     assert 0.1 < mesh.shape[0][:, 2].max() < 0.3
     assert mesh.links["base_scan"][2, 3] == pytest.approx(0.132)
-
-
-def test_a_robot_without_visuals_is_drawn_all_the_same():
     mesh = robot_mesh("<robot name='r'><link name='base'/></robot>")
     assert radius_of(mesh) > 0.1
     assert np.allclose(mesh.links["base"], np.eye(4))
@@ -161,6 +136,6 @@ def test_what_cannot_be_read_is_not_drawn_and_ends_nothing(data):
     assert known.unreadable > 0
 
 
-def radius_of(mesh: RobotMesh) -> float:
+def radius_of(mesh):
     """Return how far a robot reaches from its root link [m], seen from above."""
     return float(np.hypot(*mesh.shape[0][:, :2].T).max())

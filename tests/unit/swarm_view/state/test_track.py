@@ -4,11 +4,11 @@ import pytest
 from swarm_view.state.track import JUMP, Track, Trails
 
 
-def poses(*rows: tuple[float, float, float]) -> np.ndarray:
+def poses(*rows):
     return np.array(rows, float).reshape(-1, 3)
 
 
-def test_robots_glide_to_the_newest_pose():
+def test_robots_glide_the_short_way_and_jump_elsewhere():
     track = Track()
     track.add(poses((0, 0, 0)), 0.0)
     for k in range(1, 30):
@@ -17,30 +17,16 @@ def test_robots_glide_to_the_newest_pose():
     assert start == pytest.approx(2.8, abs=0.02)
     assert half == pytest.approx(0.5 * (start + end), abs=0.01)
     assert track.at(9.0)[0, 0] == pytest.approx(2.9)
-
-
-def test_yaw_takes_the_short_way():
     track = Track()
     track.add(poses((0, 0, 3.1)), 0.0)
     track.add(poses((0, 0, -3.1)), 0.1)
     assert abs(track.at(0.15)[0, 2]) > 3.1
-
-
-def test_who_is_put_elsewhere_jumps():
     track = Track()
     track.add(poses((0, 0, 0), (0, 0, 0)), 0.0)
     track.add(poses((2 * JUMP, 0, 0), (0.1, 0, 0)), 0.1)
     shown = track.at(0.1)
     assert shown[0, 0] == 2 * JUMP
     assert shown[1, 0] < 0.1
-
-
-def test_another_number_of_robots_begins_anew():
-    track = Track()
-    track.add(poses((0, 0, 0)), 0.0)
-    track.add(poses((1, 0, 0), (2, 0, 0)), 0.1)
-    assert len(track.latest) == 2
-    assert track.at(0.1)[1, 0] == 2.0
 
 
 def test_trails_are_polylines_without_jumps():

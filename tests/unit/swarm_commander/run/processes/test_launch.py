@@ -3,7 +3,6 @@
 import errno
 import os
 import subprocess
-from typing import Any, NoReturn
 
 import pytest
 
@@ -14,7 +13,7 @@ from swarm_commander.run.processes.supervisor import ProcessSpec
 def test_a_user_who_may_have_no_more_processes_is_told_so(tmp_path, monkeypatch):
     """It was "cannot go on: [Errno 11] Resource temporarily unavailable"."""
 
-    def refuse(*_: Any, **__: Any) -> NoReturn:
+    def refuse(*_, **__):
         raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
 
     monkeypatch.setattr(subprocess, "Popen", refuse)

@@ -27,33 +27,33 @@ from swarm_mission.itinerary import LOST_REASON
 class Clock:
     """Wall time that the test moves."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.now = 100.0
 
-    def __call__(self) -> float:
+    def __call__(self):
         return self.now
 
 
 class Case:
     """A keeper of two navigators."""
 
-    def __init__(self, *, restarts: bool = True) -> None:
+    def __init__(self, *, restarts=True):
         self.clock = Clock()
         self.told: list[Any] = []
         self.restarts = Restarts(is_allowed=restarts)
         self.supervisor = NavigatorSupervisor(self.restarts, self.told.append, self.clock)
         self.supervisor.params |= {"Srobot1": "1.yaml", "Srobot2": "2.yaml"}
 
-    def turn(self, seconds: float) -> None:
+    def turn(self, seconds):
         self.clock.now += seconds
         self.supervisor.turn(self.restarts.pop_due(self.clock.now))
 
-    def fork(self, name: str) -> None:
+    def fork(self, name):
         self.supervisor.on_fork(name)
 
 
 @pytest.fixture
-def case() -> Case:
+def case():
     return Case()
 
 
@@ -90,23 +90,17 @@ def test_one_that_others_have_forgotten_begins_anew_even_if_nobody_is_restarted(
     assert case.told == [StartNavigator("Srobot2", "2.yaml")]
 
 
-def test_one_that_stays_down_may_be_wanted_again(case):
+def test_one_that_stays_down_may_be_wanted_again_and_figures_are_added(case):
     case.supervisor.given_up.add("Srobot1")
     case.supervisor.restart("Srobot1")
     case.turn(0.0)
     assert case.told == [StartNavigator("Srobot1", "1.yaml")]
     assert case.supervisor.given_up == set()
+    meters = Meters()
+    assert [meters.count("a", value) for value in (1.0, 3.0, 0.0, 2.0, 1.0)] == [1, 3, 3, 5, 6]
 
 
-def test_a_fork_server_that_does_not_answer_is_noticed(case):
-    case.supervisor.kill("Srobot1")
-    case.turn(ANSWER_LIMIT + 0.1)
-    assert case.supervisor.is_fork_server_deaf()
-    case.supervisor.on_death("Srobot1")
-    assert not case.supervisor.is_fork_server_deaf()
-
-
-def test_one_that_hangs_when_it_is_started_anew_is_noticed_once(case):
+def test_one_that_hangs_is_noticed_once_and_so_is_a_deaf_fork_server(case):
     case.supervisor.on_death("Srobot1")
     case.turn(1.0)
     case.fork("Srobot1")
@@ -115,6 +109,11 @@ def test_one_that_hangs_when_it_is_started_anew_is_noticed_once(case):
     case.clock.now += 1.0
     assert case.supervisor.overdue() == ["Srobot1"]
     assert case.supervisor.overdue() == []
+    case.supervisor.kill("Srobot1")
+    case.turn(ANSWER_LIMIT + 0.1)
+    assert case.supervisor.is_fork_server_deaf()
+    case.supervisor.on_death("Srobot1")
+    assert not case.supervisor.is_fork_server_deaf()
 
 
 def test_stragglers_of_the_start_are_noticed_when_the_others_have_long_been_active(case):
@@ -128,15 +127,12 @@ def test_stragglers_of_the_start_are_noticed_when_the_others_have_long_been_acti
     assert case.supervisor.stragglers(1, names[1:]) == []
 
 
-def test_when_the_fork_server_ends_all_navigators_are_down_and_none_is_started_twice(case):
+def test_nobody_is_started_twice_or_after_it_was_taken_out(case):
     case.supervisor.on_death("Srobot1")
     case.supervisor.given_up.add("Srobot2")
     assert case.supervisor.on_fork_server_end() == ["Srobot1"]
     case.turn(60.0)
     assert case.told == []
-
-
-def test_who_was_taken_out_is_not_started(case):
     case.supervisor.on_death("Srobot1")
     case.supervisor.remove("Srobot1")
     case.turn(60.0)
@@ -155,11 +151,6 @@ def test_silence_counts_from_the_last_word_and_not_while_we_slept():
     clock.now += STALL + 100.0
     beats.look()
     assert beats.silence("world") == 0.0, "what it said meanwhile is not read yet"
-
-
-def test_figures_of_a_new_navigator_are_added_to_those_of_the_last():
-    meters = Meters()
-    assert [meters.count("a", value) for value in (1.0, 3.0, 0.0, 2.0, 1.0)] == [1, 3, 3, 5, 6]
 
 
 def test_goals_of_a_robot_that_is_found_again_are_not_missed():

@@ -2,13 +2,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from swarm_commander.run.processes.supervisor import (
-    TRANSITIONS,
-    ChildState,
-    Exit,
-    ProcessSpec,
-    Supervisor,
-)
+from swarm_commander.run.processes.supervisor import Exit, ProcessSpec, Supervisor
 
 
 @dataclass
@@ -17,52 +11,51 @@ class FakeChild:
     returncode: int | None = None
     calls: list[str] = field(default_factory=list)
 
-    def poll(self) -> int | None:
+    def poll(self):
         return self.returncode
 
-    def terminate(self) -> None:
+    def terminate(self):
         self.calls.append("terminate")
 
-    def kill(self) -> None:
+    def kill(self):
         self.calls.append("kill")
 
 
 class History:
     """A supervisor with three fake processes and a clock that the test turns."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.now = 0.0
         self.children: dict[str, FakeChild] = {}
         self.supervisor = Supervisor(self._spawn, lambda: self.now)
         for name in ("world", "navigators", "mission"):
             self.supervisor.start(ProcessSpec(name, (name,), grace=5.0))
 
-    def _spawn(self, spec: ProcessSpec) -> FakeChild:
+    def _spawn(self, spec):
         self.children[spec.name] = FakeChild(len(self.children) + 1)
         return self.children[spec.name]
 
-    def end(self, name: str, returncode: int) -> list[Exit]:
+    def end(self, name, returncode):
         self.children[name].returncode = returncode
         return self.supervisor.poll()
 
-    def calls(self) -> dict[str, list[str]]:
+    def calls(self):
         return {name: child.calls for name, child in self.children.items() if child.calls}
 
 
-def test_nothing_happens_while_all_run():
-    history = History()
-    assert history.supervisor.poll() == []
-    assert not history.supervisor.all_gone
-    assert history.supervisor.pid("world") == 1
-    assert history.supervisor.pid("viewer") is None
-
-
-def test_an_end_that_nobody_asked_for_is_told_once_and_its_group_is_swept():
+def test_an_end_is_told_once_and_killing_spares_only_the_gone():
     history = History()
     assert history.end("world", -11) == [Exit("world", -11, expected=False)]
     assert history.supervisor.poll() == []
     assert history.calls() == {"world": ["kill"]}
     assert history.supervisor.pid("world") is None
+    history = History()
+    history.end("mission", 0)
+    history.supervisor.kill()
+    assert history.calls() == {"world": ["kill"], "navigators": ["kill"], "mission": ["kill"]}
+    for name in ("world", "navigators"):
+        assert history.end(name, -9) == [Exit(name, -9, expected=True, killed=True)]
+    assert history.supervisor.all_gone
 
 
 def test_processes_are_stopped_one_after_the_other_in_the_given_order():
@@ -78,7 +71,7 @@ def test_processes_are_stopped_one_after_the_other_in_the_given_order():
     assert history.supervisor.all_gone
 
 
-def test_a_process_that_does_not_end_is_killed_after_its_grace():
+def test_a_process_that_does_not_end_is_killed_after_its_grace_also_if_asked_twice():
     history = History()
     history.supervisor.stop(["world"])
     for now in (0.0, 4.9):
@@ -90,9 +83,6 @@ def test_a_process_that_does_not_end_is_killed_after_its_grace():
     history.supervisor.poll()
     assert history.calls() == {"world": ["terminate", "kill"]}
     assert history.end("world", -9) == [Exit("world", -9, expected=True, killed=True)]
-
-
-def test_a_second_wish_to_stop_does_not_begin_again():
     history = History()
     history.supervisor.stop(["world"])
     history.supervisor.poll()
@@ -104,16 +94,6 @@ def test_a_second_wish_to_stop_does_not_begin_again():
     assert history.calls() == {"world": ["terminate", "kill"]}
 
 
-def test_killing_spares_only_the_gone():
-    history = History()
-    history.end("mission", 0)
-    history.supervisor.kill()
-    assert history.calls() == {"world": ["kill"], "navigators": ["kill"], "mission": ["kill"]}
-    for name in ("world", "navigators"):
-        assert history.end(name, -9) == [Exit(name, -9, expected=True, killed=True)]
-    assert history.supervisor.all_gone
-
-
 def test_a_process_that_runs_is_not_started_twice_but_one_that_has_ended_is_restarted():
     history = History()
     with pytest.raises(ValueError, match="started before"):
@@ -123,8 +103,3 @@ def test_a_process_that_runs_is_not_started_twice_but_one_that_has_ended_is_rest
     history.supervisor.start(ProcessSpec("world", ("world",)))
     assert history.supervisor.restarts == 1
     assert history.supervisor.pid("world") == 4
-
-
-def test_every_state_has_a_way_to_its_end():
-    for state in ChildState:
-        assert state is ChildState.GONE or ChildState.GONE in TRANSITIONS[state].values()

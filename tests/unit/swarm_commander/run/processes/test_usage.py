@@ -2,7 +2,6 @@
 
 import os
 import time
-from collections.abc import Iterable
 
 import psutil
 import pytest
@@ -62,7 +61,7 @@ def test_memory_is_read_seldom_and_right_after_the_start(monkeypatch):
     """Reading it at every sample took 1 % of a core."""
     read: list[int] = []
 
-    def count(processes: Iterable[psutil.Process]) -> list[tuple[float, float]]:
+    def count(processes):
         read.extend(process.pid for process in processes)
         return [(1.0, 2.0)]
 

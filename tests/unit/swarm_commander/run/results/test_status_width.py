@@ -4,7 +4,6 @@ import io
 
 import pytest
 from rich.console import Console
-from rich.text import Text
 
 from swarm_commander.run.results.progress import Progress
 from swarm_commander.run.results.run_statistics import RunStatistics
@@ -13,7 +12,7 @@ from swarm_commander.run.results.status_table import cut, status_table
 REASON = "for Srobot9, which waits for Srobot12, which stands before loader_2 since a while"
 
 
-def swarm(count: int) -> RunStatistics:
+def swarm(count):
     names = [f"Srobot{number}" for number in range(1, count + 1)]
     statistics = RunStatistics.of(names, has_mission=True)
     for number, robot in enumerate(statistics.robots.values()):
@@ -40,13 +39,6 @@ def test_the_link_stays_in_sight_and_every_robot_is_represented(width, height, c
     assert count in (rows, letters)
 
 
-def test_the_longest_stops_have_a_row_of_their_own_where_the_screen_is_small():
-    lines = [line.plain for line in status_table(swarm(100), room=20, screen_width=80)]
-    rows = [line.split()[0] for line in lines if " s  " in line]
-    assert rows[:3] == ["Srobot2", "Srobot4", "Srobot6"]
-    assert len(lines) == 20
-
-
 def test_reasons_are_cut_between_words_at_the_true_width():
     narrow, wide = (
         status_table(swarm(2), screen_width=width)[1].plain.split("goals  ")[1]
@@ -58,15 +50,3 @@ def test_reasons_are_cut_between_words_at_the_true_width():
         REASON.startswith(narrow[:-1])
     )
     assert cut("before something", 8) == ""
-
-
-def test_a_first_start_has_a_bar_and_an_estimate():
-    now = [0.0]
-    progress = Progress(Console(file=io.StringIO(), force_terminal=True), swarm(1), lambda: now[0])
-    progress.compiling(20, 120)
-    now[0] = 10.0
-    progress.compiling(70, 120)
-    head: Text = progress._picture()[0]
-    assert (
-        "compiling, ███████████░░░░░░░░░ 70 of 120 kernels are ready, about 10 s left" in head.plain
-    )

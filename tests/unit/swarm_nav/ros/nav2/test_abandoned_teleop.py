@@ -24,7 +24,7 @@ LATE = STEER_LIMIT + 1.0
 def test_only_silence_of_both_clocks_ends_it(simulated, wall, allowance, ends, monkeypatch):
     reasons: list[str] = []
     served = Tasks.__new__(Tasks)
-    served._services = SimpleNamespace(end_teleop=reasons.append)  # type: ignore[assignment]
+    served._services = SimpleNamespace(end_teleop=reasons.append)
     served._steered_at, served._steered_tick = 100.0, 50
     served._tick = 50 + round(simulated / CONTROL_PERIOD)
     monkeypatch.setattr(tasks.time, "monotonic", lambda: 100.0 + wall)

@@ -2,7 +2,6 @@
 
 import itertools
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -25,7 +24,7 @@ from swarm_common.middleware.ros_io import (
 )
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
-from swarm_nav.core.goals import Goal, GoalKind
+from swarm_nav.core.goals import GoalKind
 from swarm_nav.ros.nav2.goals import (
     ACTIONS,
     MOST_DELAY,
@@ -41,15 +40,15 @@ REACH = MapBounds.of(GRID)
 WALL_CLOCK = 17_953_695_850  # ticks of a client that stamps with the wall clock
 
 
-def to_map(stamped: PoseStamped) -> Pose:
+def to_map(stamped):
     return REACH.check(pose_from_msg(stamped.pose))
 
 
-def goal_of(kind: GoalKind, request: Any) -> Goal:
+def goal_of(kind, request):
     return goal_from_request(kind, 1, request, to_map, REACH)
 
 
-def place(x: float, y: float = 0.0, **turn: float) -> PoseStamped:
+def place(x, y=0.0, **turn):
     stamped = PoseStamped()
     stamped.pose.position.x, stamped.pose.position.y = x, y
     for name, value in (turn or {"w": 1.0}).items():
@@ -57,8 +56,7 @@ def place(x: float, y: float = 0.0, **turn: float) -> PoseStamped:
     return stamped
 
 
-def narrow(value: float) -> float:
-    """Return the nearest number of 32 bits."""
+def narrow(value):
     with np.errstate(over="ignore"):
         return float(np.float32(value))
 
@@ -107,7 +105,7 @@ def test_any_behaviour_is_of_the_size_of_the_map_or_is_rejected(x, speed, angle,
         assert math.isfinite(goal.speed)
 
 
-def behaviour(kind: GoalKind, x: float, speed: float) -> Goal:
+def behaviour(kind, x, speed):
     request = ACTIONS[kind].Goal(speed=speed)
     request.target.x = x
     return goal_of(kind, request)
@@ -171,15 +169,10 @@ def test_a_goal_begins_when_it_is_asked_to_and_not_at_its_stamp(tree, begins):
             assert start_tick(goal_of(kind, request), 100) == begins
 
 
-def test_a_start_more_than_a_day_ahead_is_refused():
-    with pytest.raises(RejectedError, match="begin"):
-        start_tick(Goal(kind=GoalKind.NAVIGATE, start_tick=101 + MOST_DELAY), 100)
-
-
 # Maps
 
 
-def changed(**values: Any) -> OccupancyGrid:
+def changed(**values):
     message = grid_msg(GRID, 0)
     for name, value in values.items():
         if name in ("x", "y"):

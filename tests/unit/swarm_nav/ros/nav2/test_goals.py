@@ -1,7 +1,6 @@
 """Nav2's requests and results on the way to and from the brain, without a graph."""
 
 import pytest
-from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import (
     AssistedTeleop,
     BackUp,
@@ -74,11 +73,11 @@ REACH = MapBounds((-10.0, -5.0), (10.0, 10.0))
 POSES = (Pose(1.0, 2.0, 0.0), Pose(3.0, 4.0, 0.5), Pose(5.0, 6.0, 1.0))
 
 
-def to_map(stamped: PoseStamped) -> Pose:
+def to_map(stamped):
     return pose_from_msg(stamped.pose)
 
 
-def waypoints(first: int, loops: int = 0, poses: tuple[Pose, ...] = POSES) -> Goal:
+def waypoints(first, loops=0, poses=POSES):
     request = FollowWaypoints.Goal(goal_index=first, number_of_loops=loops)
     request.poses = [pose_stamped(pose, 0) for pose in poses]
     return goal_from_request(GoalKind.WAYPOINTS, 7, request, to_map, REACH)
@@ -103,32 +102,16 @@ def test_a_plan_that_fails_has_the_code_of_the_action_that_asked(error, one, thr
     assert plan_error_code(error, is_through=True) == through
 
 
-def test_a_plan_through_no_poses_has_a_code_of_its_own():
-    error = PlanError(ErrorCode.NO_VIAPOINTS_GIVEN, "")
-    assert plan_error_code(error, is_through=True) == THROUGH.NO_VIAPOINTS_GIVEN
-
-
-def test_waypoints_keep_all_poses_and_the_index_of_the_first_one():
+def test_waypoints_keep_their_poses_and_first_index():
     goal = waypoints(2, loops=3)
     assert [(pose.x, pose.y) for pose in goal.poses_map] == [(1.0, 2.0), (3.0, 4.0), (5.0, 6.0)]
     assert (goal.goal_id, goal.first_index, goal.loops) == (7, 2, 3)
     assert waypoints(2, poses=()).first_index == 0
-
-
-def test_a_first_index_behind_the_last_pose_is_refused():
     with pytest.raises(ValueError, match="goal_index is 3; there are 3 poses"):
         waypoints(3)
 
 
-def test_a_missed_waypoint_is_told_with_its_index_its_pose_and_its_reason():
-    missed = ((1, ErrorCode.GOAL_OCCUPIED), (2, ErrorCode.FAILED_TO_MAKE_PROGRESS))
-    ended = GoalEnded(7, Outcome.SUCCEEDED, 50, missed_waypoints=missed)
-    result = result_msg(waypoints(1), ended, 10, is_asked=False)
-    assert [(one.index, one.error_code) for one in result.missed_waypoints] == [(1, 206), (2, 105)]
-    assert [one.goal.pose.position.x for one in result.missed_waypoints] == [3.0, 5.0]
-
-
-def test_a_goal_that_is_aborted_has_a_code():
+def test_goals_have_codes_starts_and_missed_waypoints():
     """Preempted, or of a navigator that was deactivated, it had 0, which is success."""
     ended = GoalEnded(7, Outcome.CANCELED, 50, message="preempted by a new goal")
     for kind, code in UNKNOWN_CODES.items():
@@ -136,6 +119,12 @@ def test_a_goal_that_is_aborted_has_a_code():
         assert (result.error_code, result.error_msg) == (code, ended.message)
     assert set(UNKNOWN_CODES) == set(GoalKind)
     assert result_msg(waypoints(1), ended, 10, is_asked=True).error_code == 0
+    assert [start_in(text) for text in ("start_at_tick 1200", "", "/a/b.xml")] == [1200, 0, 0]
+    missed = ((1, ErrorCode.GOAL_OCCUPIED), (2, ErrorCode.FAILED_TO_MAKE_PROGRESS))
+    ended = GoalEnded(7, Outcome.SUCCEEDED, 50, missed_waypoints=missed)
+    result = result_msg(waypoints(1), ended, 10, is_asked=False)
+    assert [(one.index, one.error_code) for one in result.missed_waypoints] == [(1, 206), (2, 105)]
+    assert [one.goal.pose.position.x for one in result.missed_waypoints] == [3.0, 5.0]
 
 
 @pytest.mark.parametrize("text", ["abc", "-5", "1.5", "", "1 2", "9" * 13, "\u0663"])
@@ -143,10 +132,6 @@ def test_a_start_that_is_no_tick_is_refused(text):
     """It began at once, or never."""
     with pytest.raises(RejectedError, match="expected start_at_tick and the number of a control"):
         start_in(f"start_at_tick {text}")
-
-
-def test_a_start_is_a_tick_and_a_behaviour_tree_of_nav2_begins_at_once():
-    assert [start_in(text) for text in ("start_at_tick 1200", "", "/a/b.xml")] == [1200, 0, 0]
 
 
 def test_a_speed_limit_is_that_of_nav2_or_says_why_not():

@@ -27,7 +27,7 @@ LINKS = {
 }
 
 
-def stamped(frame: str, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> PoseStamped:
+def stamped(frame, x=0.0, y=0.0, z=0.0):
     message = PoseStamped()
     message.header.frame_id = frame
     place = message.pose.position
@@ -62,7 +62,7 @@ def test_other_frames_are_refused_with_the_known_ones(frame):
         pose_in_map(BRAIN, "Srobot1", LINKS, stamped(frame))
 
 
-def test_a_robot_tells_its_fixed_links():
+def test_shipped_robots_tell_their_fixed_links():
     """base_link of this robot lies behind the axle; wheels turn and are no frames of goals."""
     links = frames_from_parameter(frames_parameter(fixed_frames(FRONT)))
     assert links["base_link"][:3] == pytest.approx((-0.15, 0.0, 0.06))
@@ -70,7 +70,4 @@ def test_a_robot_tells_its_fixed_links():
     assert links["base_scan"][:3] == pytest.approx((-0.05, 0.0, 0.22))
     assert links["base_footprint"] == (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
     assert "left_wheel" not in links
-
-
-def test_shipped_robots_tell_them_too():
     assert fixed_frames("turtlebot3_waffle")["base_link"][2, 3] == pytest.approx(0.01)

@@ -2,13 +2,12 @@ from swarm_sim.ros.robots.barrier import NEWCOMER_LIMIT, Barrier
 
 
 def complete(barrier, begin, end):
-    """Return whether a tick is complete at the end of a time in which the world looks often."""
     for step in range(int(end - begin)):
         barrier.is_complete(begin + step)
     return barrier.is_complete(end)
 
 
-def test_the_time_in_which_the_world_slept_does_not_count():
+def test_the_time_in_which_the_world_slept_does_not_count_nor_a_held_barrier():
     """After SIGSTOP and SIGCONT of all processes, robots were "late" that had slept as well."""
     barrier = started()
     barrier.record_silence(1, since=9.0)
@@ -22,10 +21,7 @@ def test_the_time_in_which_the_world_slept_does_not_count():
     assert barrier.receive_late() == [(1, False)]
     assert complete(barrier, 74.5, 75.1)
     assert barrier.receive_late() == [(2, True)]
-
-
-def test_a_held_barrier_opens_when_it_is_released():
-    """Time began before those who were to record it could."""
+    # Time began before those who were to record it could.
     barrier = Barrier(1, 5.0)
     barrier.is_held = True
     barrier.open(0.0)
@@ -100,7 +96,7 @@ def test_a_late_robot_is_not_waited_for_until_it_answers_again():
     assert (barrier.late_ticks, barrier.answering) == (1, 3)
 
 
-def test_a_dead_robot_is_not_waited_for_and_not_late():
+def test_a_dead_robot_is_not_waited_for_also_before_the_start():
     barrier = started()
     barrier.open(10.0)
     barrier.lose(1)
@@ -109,9 +105,6 @@ def test_a_dead_robot_is_not_waited_for_and_not_late():
     assert barrier.is_complete(10.0)
     barrier.close()
     assert barrier.late_ticks == 0
-
-
-def test_a_robot_that_dies_before_the_start_does_not_stop_it():
     barrier = Barrier(2, 5.0)
     barrier.open(0.0)
     barrier.answer(0)
@@ -119,15 +112,12 @@ def test_a_robot_that_dies_before_the_start_does_not_stop_it():
     assert barrier.is_complete(0.0)
 
 
-def test_free_run_waits_for_nobody_and_counts_nobody():
+def test_free_run_waits_for_nobody():
     barrier = Barrier(2, 5.0, expects=False)
     barrier.open(0.0)
     assert barrier.is_complete(0.0)
     barrier.close()
     assert barrier.late_ticks == 0
-
-
-def test_free_run_does_not_wait_for_a_robot_that_has_answered_once():
     barrier = Barrier(2, 5.0, expects=False)
     barrier.open(0.0)
     barrier.answer(1)

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -27,27 +26,27 @@ WRITER = CommandWriter("base_footprint")
 class Node:
     """Stands in for rclpy's: hands out publishers that nobody reads."""
 
-    def create_publisher(self, *_: Any, **__: Any) -> Any:
+    def create_publisher(self, *_, **__):
         return SimpleNamespace(publish=lambda _: None, get_subscription_count=lambda: 0)
 
 
 class Topic:
     """Stands in for a polled subscription: holds the messages that wait."""
 
-    def __init__(self, _node: Any, _kind: Any, name: str, *rest: Any, is_shared: bool) -> None:
+    def __init__(self, _node, _kind, name, *rest, is_shared):
         self.name = name
         self.is_rightful: Callable[[str], bool] = rest[1]
         self.is_shared = is_shared
         self.waiting: list[bytes] = []
 
-    def take(self) -> bytes | None:
+    def take(self):
         return self.waiting.pop(0) if self.waiting else None
 
 
 class Robot:
     """One robot's link, and the messages that its navigator sends to it."""
 
-    def __init__(self, free_run: bool) -> None:
+    def __init__(self, free_run):
         self.answers = 0
         self.rejections = Rejections(EventWriter(None), lambda _: None)
         settings = parse_settings(
@@ -56,8 +55,8 @@ class Robot:
         )
         spec = load_robot(MODEL)
         self.link = RobotLink(
-            Node(),  # type: ignore[arg-type]
-            Node(),  # type: ignore[arg-type]
+            Node(),
+            Node(),
             "Srobot1",
             spec,
             "<robot name='none'/>",
@@ -71,25 +70,25 @@ class Robot:
             topic.name: topic for topic in vars(self.link).values() if isinstance(topic, Topic)
         }
 
-    def count(self) -> None:
+    def count(self):
         self.answers += 1
 
-    def command(self, tick: int, twist: Twist) -> None:
+    def command(self, tick, twist):
         self._send("/Srobot1/cmd_vel", WRITER.encode(tick, twist))
 
-    def beacon(self, tick: int, robot_id: int = 1) -> None:
+    def beacon(self, tick, robot_id=1):
         record = np.zeros(1, BEACON_DTYPE)[0]
         record["id"], record["tick"], record["held_size"] = robot_id, tick, 1
         record["sec"], record["nanosec"] = divmod(tick * 100_000_000, 1_000_000_000)
         self._send("/Srobot1/beacon", serialize_beacon(record))
 
-    def _send(self, topic: str, message: bytes) -> None:
+    def _send(self, topic, message):
         self.topics[topic].waiting.append(message)
         self.link.receive_answers()
 
 
 @pytest.fixture(autouse=True)
-def _no_graph(monkeypatch: pytest.MonkeyPatch) -> None:
+def _no_graph(monkeypatch):
     monkeypatch.setattr(ros_links, "SoleTopic", Topic)
 
 
@@ -119,7 +118,7 @@ def test_in_lockstep_the_late_answer_to_the_last_tick_is_no_command():
     assert robot.answers == 1
 
 
-def test_in_free_run_a_command_of_any_stamp_is_executed():
+def test_in_free_run_a_command_of_any_stamp_counts_if_it_is_a_number():
     robot = Robot(free_run=True)
     robot.link.open(8)
     robot.command(3, FAST)
@@ -128,9 +127,6 @@ def test_in_free_run_a_command_of_any_stamp_is_executed():
     assert robot.link.beacon is not None
     robot.link.open(9)
     assert robot.link.fresh_command() is None
-
-
-def test_a_command_that_is_no_number_is_none():
     robot = Robot(free_run=True)
     robot.link.open(8)
     robot.command(8, Twist(float("nan"), 0.0, 0.0))

@@ -12,7 +12,7 @@ ATOMS = ("a", "b", ".", "[ab]", "[^a]", "[a-c]", r"\d", "x", r"\.")
 REPEATS = ("*", "+", "?", "{2}", "{1,2}", "{0,3}", "{1,}", "{0}", "**")
 
 
-def make_pattern(rng: random.Random, depth: int = 0) -> str:
+def make_pattern(rng, depth=0):
     draw = rng.random()
     if depth > 3 or draw < 0.4:
         return rng.choice(ATOMS)

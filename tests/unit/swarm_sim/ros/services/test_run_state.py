@@ -12,7 +12,7 @@ def test_pause_and_play():
     assert not state.is_held
 
 
-def test_steps_are_counted_and_answered_once():
+def test_steps_are_answered_once_and_by_playing():
     state = RunState()
     done: list[int] = []
     assert state.step(1, lambda _: done.append(0)) is Answer.REFUSED
@@ -27,9 +27,6 @@ def test_steps_are_counted_and_answered_once():
     assert done == [2]
     state.record_tick()
     assert done == [2]
-
-
-def test_playing_answers_whoever_waits_for_steps():
     state = RunState()
     done: list[int] = []
     state.pause()

@@ -28,7 +28,7 @@ def test_quaternion_is_that_of_the_matrix(seed):
     assert abs(found @ turn.as_quat()) == pytest.approx(1.0)
 
 
-def test_every_static_body_station_and_circuit_has_a_marker():
+def test_bodies_stations_and_circuits_have_markers_of_their_size_and_place():
     scene = load_world("slim_blockage")
     markers = scene_markers(scene)
     spaces = [marker.ns for marker in markers]
@@ -37,9 +37,6 @@ def test_every_static_body_station_and_circuit_has_a_marker():
     assert {m.text for m in markers if m.ns == "station"} == set(scene.sites.stations)
     assert spaces.count("circuit") == len(scene.sites.circuits)
     assert len({(marker.ns, marker.id) for marker in markers}) == len(markers)
-
-
-def test_shapes_keep_size_and_place():
     place = transform_from_xyz_rpy(1.0, 2.0, 3.0, 0.0, 0.0, 0.5)
     box = shape_marker(Box((1.0, 2.0, 3.0)), place)
     assert (box.type, box.scale.y, box.pose.position.z) == (Marker.CUBE, 2.0, 3.0)

@@ -7,19 +7,23 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import psutil
+import pytest
 
 from swarm_common.middleware.ros_env import DOMAIN_PORTS, FIRST_PORT
+from tests.fakes.programs import ROOT, run_program
+from tests.fakes.ros_domains import reserved_domain
 
-UP = "from swarm_commander.cli.main import swarm_up; swarm_up()"
+COMMAND = "from swarm_commander.cli.main import {0}; {0}()"
 MODULES = {
     "world": "swarm_sim.ros.node",
     "mission": "swarm_commander.mission.runner",
     "courier": "swarm_commander.mission.courier",
+    "centre": "swarm_central.process",
     "fork_server": "swarm_nav.launch.fork_server_main",
     "recorder": "swarm_recording.recorder",
     "viewer": "swarm_view.process",
@@ -34,16 +38,17 @@ TRACER = "lttng-ust-wait"  # two pages of LTTng's, which every user of rclpy sha
 class RealSwarm:
     """Starts `swarm-up`, finds its processes by what they are, and sees what is left of them."""
 
-    def __init__(self, folder: Path, domain: int, *flags: str) -> None:
+    def __init__(self, folder: Path, domain: int, *flags: str, **variables: str) -> None:
         """Start it; the run's folder is `folder`/run, the output goes to `folder`/up.log."""
-        self.run_dir = folder / "run"
+        self.folder, self.run_dir = folder, folder / "run"
         self._log = folder / "up.log"
         self._domain = domain
         self._segments: set[str] = set()  # that its processes have had
-        self.environment = os.environ | {"ROS_DOMAIN_ID": str(domain)}
+        own = {"ROS_DOMAIN_ID": str(domain), "PYTHONPATH": str(ROOT)}
+        self.environment = os.environ | own | variables
         with self._log.open("wb") as output:
             self.popen = subprocess.Popen(
-                (sys.executable, "-c", UP, "--run-dir", str(self.run_dir), *flags),
+                (*command("swarm_up"), "--run-dir", str(self.run_dir), *flags),
                 cwd=folder,
                 env=self.environment,
                 stdin=subprocess.DEVNULL,
@@ -75,7 +80,6 @@ class RealSwarm:
         return found
 
     def processes(self) -> list[psutil.Process]:
-        """Return all processes of the run."""
         with contextlib.suppress(psutil.Error):
             top = psutil.Process(self.popen.pid)
             return [top, *top.children(recursive=True)]
@@ -113,8 +117,13 @@ class RealSwarm:
         """What swarm-up has printed."""
         return self._log.read_text(encoding="utf-8", errors="replace")
 
+    def run(self, name: str, *words: str) -> subprocess.CompletedProcess[str]:
+        return run_program((*command(name), *words), self.environment, cwd=self.folder)
+
+    def wait_until_active(self) -> None:
+        self.wait_until(lambda: "all robots are active" in self.output)
+
     def is_running(self) -> bool:
-        """Whether swarm-up runs."""
         return self.popen.poll() is None
 
     def sim_time(self) -> float:
@@ -125,7 +134,6 @@ class RealSwarm:
         return 0.0
 
     def wait_until(self, condition: Callable[[], object], limit: float = START_LIMIT) -> None:
-        """Wait until something holds while swarm-up runs."""
         end = time.monotonic() + limit
         while not condition():
             assert self.is_running(), f"swarm-up has ended:\n{self.output}"
@@ -133,13 +141,15 @@ class RealSwarm:
             time.sleep(0.1)
 
     def wait_for_end(self, limit: float = END_LIMIT) -> int:
-        """Return the exit code."""
         return int(self.popen.wait(limit))
 
+    def good_report(self, limit: float = END_LIMIT) -> dict[str, Any]:
+        """Return the report of a run that ends with exit code 0."""
+        assert self.wait_for_end(limit) == 0, self.output
+        return self.report()
+
     def report(self) -> dict[str, Any]:
-        """Return report.json."""
         report = json.loads((self.run_dir / "report.json").read_text(encoding="utf-8"))
-        assert isinstance(report, dict)
         return report
 
     # The end
@@ -165,7 +175,6 @@ class RealSwarm:
         return names + [f"segment {name}" for name in self._segments if (SHARED / name).exists()]
 
     def check_nothing_left(self) -> None:
-        """Check it, after a while for the kernel to end what was killed."""
         end = time.monotonic() + SETTLE_LIMIT
         while (left := self.left()) and time.monotonic() < end:
             time.sleep(0.2)
@@ -182,6 +191,27 @@ class RealSwarm:
                 self.popen.wait(END_LIMIT / 2)
         self.popen.kill()
         self.popen.wait()
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Callable[..., RealSwarm]]:
+    """Yield a function that starts a swarm; at the end nothing may be left of any."""
+    with contextlib.ExitStack() as stack:
+
+        def begin(*flags: str, **variables: str) -> RealSwarm:
+            domain = stack.enter_context(reserved_domain())
+            folder = tmp_path / str(domain)
+            folder.mkdir()
+            swarm = RealSwarm(folder, domain, *flags, **variables)
+            stack.callback(swarm.check_nothing_left)
+            stack.callback(swarm.close)
+            return swarm
+
+        yield begin
+
+
+def command(name: str) -> tuple[str, ...]:
+    return (sys.executable, "-c", COMMAND.format(name))
 
 
 def check_is_true(code: int, report: Mapping[str, Any]) -> None:
