@@ -101,6 +101,5 @@ def delay_ticks(delay: float) -> int:
 
 
 def _due(waves: deque[tuple[int, list[M]]], last: int) -> Iterator[M]:
-    """Yield the messages that were sent in a tick or before, and remove them."""
     while waves and waves[0][0] <= last:
         yield from waves.popleft()[1]

@@ -213,7 +213,6 @@ def rectangles(mask: Mask, path: Path) -> list[tuple[int, int, int, int]]:
 
 
 def _grown(left: Mask, row: int, column: int) -> tuple[int, int]:
-    """Return rows and columns of the rectangle that grows along its row first."""
     line = np.append(left[row, column:], False)
     columns = int(np.argmin(line))
     block = left[row:, column : column + columns].all(axis=1)
@@ -246,7 +245,6 @@ def _connected(mask: Mask) -> Iterator[_Spot]:
 
 
 def _spots(mask: Mask) -> list[_Spot]:
-    """Return the spots of a colour, from top to bottom, then from left to right."""
     spots = [spot for spot in _connected(mask) if spot.pixels >= SMALL]
     return sorted(spots, key=lambda spot: (-round(spot.middle[0]), spot.middle[1]))
 

@@ -57,7 +57,6 @@ def write_preview(scene: Scene) -> Path:
 
 
 def _at(grid: Grid, scale: int, x: float, y: float) -> tuple[float, float]:
-    """Return the pixel of a place in map."""
     column = (x - grid.origin_x) / grid.resolution
     row = grid.height - (y - grid.origin_y) / grid.resolution
     return scale * column, scale * row

@@ -147,7 +147,6 @@ class BagFeed:
         return round(self._now * NANOSECONDS)
 
     def _go_on(self) -> None:
-        """Advance the time of the bag by the time that has passed on the clock."""
         now = self._clock()
         if self.is_playing:
             self._now = min(self._now + self._speed * (now - self._read_at), self.span[1])

@@ -120,7 +120,6 @@ def _stem(path: Path) -> str:
 
 
 def _tell_of_siblings(path: Path, tell: Tell) -> None:
-    """Say that a file is one of several of a bag."""
     if not (path.parent / METADATA).is_file():
         return
     names = {Path(name).name for name in _metadata(path.parent, lambda words: None).files}

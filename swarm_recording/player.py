@@ -132,7 +132,6 @@ class Player:
             time.sleep(0.05)
 
     def _is_heard(self) -> bool:
-        """Whether somebody listens, and whoever is known to listen has met the topic."""
         publishers = self._publishers.values()
         met = [publisher.get_subscription_count() for publisher in publishers]
         known = [self._node.count_subscribers(publisher.topic_name) for publisher in publishers]

@@ -65,7 +65,6 @@ def type_hash(name: str) -> str:
 
 
 def _used_types(text: str, package: str) -> list[str]:
-    """Return the full names of the message types that a definition uses, in order."""
     types = [kind.partition("[")[0] for kind, _ in _fields(text, package)]
     return [kind for kind in types if "/" in kind]
 

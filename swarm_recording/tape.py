@@ -98,7 +98,6 @@ class _Sheet:
 
 
 def _footer(summary: int) -> bytes:
-    """Return the end of an MCAP file whose summary begins at byte `summary`."""
     return FOOTER.pack(Opcode.FOOTER, FOOTER_LENGTH, summary, 0, 0, MCAP0_MAGIC)
 
 
@@ -198,7 +197,6 @@ class Tape:
         self._latest, self._size = time.monotonic(), 0
 
     def _save_metadata(self) -> None:
-        """Write what rosbag2 reads first of a bag's folder, `metadata.yaml`, at once."""
         text = metadata_text(self._path.name, self._topics, self.counts, self._span)
         draft = self._path.with_name(f".{METADATA}")
         draft.write_text(text, encoding="utf-8")

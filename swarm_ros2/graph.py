@@ -87,7 +87,6 @@ def settled(
 
 
 def _knows_nodes(node: Node) -> bool:
-    """Whether all participants of this host are known, and the nodes of each."""
     publishers = node.get_publishers_info_by_topic(NODES_TOPIC, no_mangle=True)
     least = max(2, participants_here(node.context.get_domain_id()))
     return least <= len(publishers) <= len(node.get_node_names())

@@ -260,7 +260,6 @@ def _from_3(content: Any) -> Any:
 
 
 def _with_node_ids(content: Any) -> Any:
-    """Return an order with the ids of the nodes in its edges, where 3.0 has none."""
     with contextlib.suppress(AttributeError, KeyError, TypeError):  # what is no order is told later
         for edge, (start, end) in zip(content["edges"], pairwise(content["nodes"]), strict=False):
             edge.setdefault("startNodeId", start["nodeId"])

@@ -670,13 +670,11 @@ def _remember(known: dict[str, Any], name: str, value: Any) -> None:
 
 
 def _way_of(edge: Edge) -> tuple[bool, bool]:
-    """Return whether an edge is followed, and whether it has a corridor to plan in."""
     is_line = is_followed(edge)
     return is_line, edge.corridor is not None and not is_line
 
 
 def _pass_radius(node: Node) -> float:
-    """Return how near the robot has to come to a node that it passes."""
     assert node.node_position is not None
     return node.node_position.allowed_deviation_xy or PASS_RADIUS
 

@@ -237,7 +237,6 @@ def map_digest(grid: Grid) -> str:
 
 
 def _nav2_scale() -> NDArray[np.int8]:
-    """Return Nav2's table from costs 0..255 to occupancy -1..100."""
     table = np.zeros(256, np.int8)
     costs = np.arange(1, 253)
     table[1:253] = 1 + (97 * (costs - 1)) // 251

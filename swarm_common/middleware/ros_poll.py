@@ -168,7 +168,6 @@ class SoleTopic(PolledTopic):
         self._foreign[sender] = since, name
 
     def _publishers(self) -> dict[Sender, str]:
-        """Return the full names of publishing nodes, keyed by the ids of their publishers."""
         return {
             sender_of(info.endpoint_gid): full_name(info)
             for info in self._node.get_publishers_info_by_topic(self._name)

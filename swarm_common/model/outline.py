@@ -41,7 +41,6 @@ def corners(shape: Shape) -> FloatArray:
 
 
 def _circle(radius: float) -> FloatArray:
-    """Return a polygon around a circle, its corners outside by 0.5 %."""
     angles = 2.0 * np.pi * np.arange(RIM) / RIM
     outer = radius / math.cos(math.pi / RIM)
     return outer * np.column_stack([np.cos(angles), np.sin(angles)])

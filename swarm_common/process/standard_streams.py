@@ -83,7 +83,6 @@ def is_of_output(error: OSError) -> bool:
 
 
 def _has_no_reader() -> bool:
-    """Report whether stdout is a pipe, socket or terminal that nobody reads any more."""
     poll = select.poll()
     with contextlib.suppress(OSError, ValueError):
         poll.register(sys.stdout.fileno(), 0)

@@ -324,7 +324,6 @@ class _Builder:
 
 
 def _inertial(inertial: Any) -> tuple[float, FloatArray, FloatArray]:
-    """Return mass, centre and inertia about it, in the link's axes."""
     link_from_inertial = _origin(inertial.origin)
     turn = link_from_inertial[:3, :3]
     tensor = np.zeros((3, 3)) if inertial.inertia is None else np.asarray(inertial.inertia, float)

@@ -248,7 +248,6 @@ def _checkable(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _is_complete(data: Mapping[str, Any]) -> bool:
-    """Report whether a robot.yaml states everything itself."""
     lidar = data.get("lidar")
     return all(name in data for name in REQUIRED) and (
         not isinstance(lidar, dict) or all(name in lidar for name in LIDAR_REQUIRED)

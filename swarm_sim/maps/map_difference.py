@@ -200,5 +200,4 @@ def grown(mask: Mask, reach: int) -> Mask:
 
 
 def _thickened(mask: Mask, scale: int) -> Mask:
-    """Return a mask whose spots can be seen in a picture of this scale."""
     return grown(mask, 1) if scale < 3 else mask

@@ -184,7 +184,6 @@ def _on_map(name: str, points: FloatArray, section: Section) -> Iterator[Differe
 
 
 def _felt(bodies: Sequence[Body], reach: Reach) -> Iterator[Difference]:
-    """Check the triangles of bodies in the physics engine."""
     from swarm_sim.physics.bullet.probe import lacking  # pybullet is slow to import
 
     for body in bodies:

@@ -184,7 +184,6 @@ def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]
 
 
 def _around_disc(disc: FloatArray, count: int) -> FloatArray:
-    """Return a regular polygon whose edges touch the disc from outside."""
     angles = 2.0 * np.pi * np.arange(count) / count
     radius = disc[2] / np.cos(np.pi / count)
     outline: FloatArray = disc[:2] + radius * np.column_stack([np.cos(angles), np.sin(angles)])

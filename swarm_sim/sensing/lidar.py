@@ -200,7 +200,6 @@ class LidarGroup:
         )
 
     def _place_objects(self, objects: Objects, first: int) -> None:
-        """Store what objects show at the height of the scan plane behind the robots' segments."""
         outlines = objects.section(self.spec.z).outlines()
         edges = [np.hstack([p, np.roll(p, -1, axis=0)]) for p in outlines]
         self._segments = np.vstack([self._segments[:first], *edges])
