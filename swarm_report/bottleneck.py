@@ -15,14 +15,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from swarm_common.model.records import FloatArray
-from swarm_report.measures import (
-    HOLDING,
-    LOST,
-    LOST_WORDS,
-    LostTime,
-    lost_time,
-    station_use,
-)
+from swarm_report.measures import HOLDING, LOST, LOST_WORDS, LostTime, lost_time, station_use
 from swarm_report.run import RunData, Span
 from swarm_report.tables import percent
 

@@ -9,9 +9,7 @@ import numpy as np
 from swarm_common.model.records import FloatArray
 from swarm_report.measures import IDLE, LOST
 from swarm_report.run import RunData, Series
-from swarm_report.style import (
-    extent,
-)
+from swarm_report.style import extent
 
 FEW = 8  # robots that a colour each can tell apart
 WIDE = 20.0  # from this ratio of largest to smallest on, the scale is logarithmic

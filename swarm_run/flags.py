@@ -39,12 +39,10 @@ class Actions:
         ),
     ] = False
     spec: Annotated[
-        Path | None,
-        typer.Option(help="File (.yaml) with options by name; flags beside it win."),
+        Path | None, typer.Option(help="File (.yaml) with options by name; flags beside it win.")
     ] = None
     print_spec: Annotated[
-        bool,
-        typer.Option("--print-spec", help="Print what --spec would need to know, and exit."),
+        bool, typer.Option("--print-spec", help="Print what --spec would need to know, and exit.")
     ] = False
     describe: Annotated[
         str | None,

@@ -130,15 +130,13 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
     drive: Annotated[
         str | None,
         _simulation(
-            show_default="wheels",
-            help="wheels: rigid bodies; planar: kinematic, for large swarms.",
+            show_default="wheels", help="wheels: rigid bodies; planar: kinematic, for large swarms."
         ),
     ] = None
     speed: Annotated[
         str | float | None,
         _simulation(
-            show_default="1.0 with viewer or without mission",
-            help="Multiple of real time, or max.",
+            show_default="1.0 with viewer or without mission", help="Multiple of real time, or max."
         ),
     ] = None
     free_run: Annotated[
@@ -198,8 +196,7 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
         File | None, _output(show_default="a new one in runs/", help="Folder of this run.")
     ] = None
     restart: Annotated[
-        bool,
-        _simulation("--restart/--no-restart", help="Restart processes that died or hang."),
+        bool, _simulation("--restart/--no-restart", help="Restart processes that died or hang.")
     ] = True
     over_limit: Annotated[bool, _swarm("--over-limit", help="Allow more than 100 robots.")] = False
     role: Annotated[
@@ -232,8 +229,7 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
         str | None, _vda5050(help="2.1 or 3.0.  [default: 2.1]", metavar="VERSION")
     ] = None
     vda5050_user: Annotated[
-        str | None,
-        _vda5050(help="User of the broker; the password is in SWARM_VDA5050_PASSWORD."),
+        str | None, _vda5050(help="User of the broker; the password is in SWARM_VDA5050_PASSWORD.")
     ] = None
     vda5050_ca: Annotated[
         File | None, _vda5050(help="Certificates to trust with mqtts.  [default: the system's]")

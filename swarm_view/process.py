@@ -46,10 +46,7 @@ def open_node() -> Node:
 
 
 def serve_live(
-    server: Server,
-    node: Node,
-    hear: Hear | None = None,
-    announce: Callable[[], None] | None = None,
+    server: Server, node: Node, hear: Hear | None = None, announce: Callable[[], None] | None = None
 ) -> None:
     """Show the live graph until a signal asks for the end; the node is destroyed then."""
     link = OperatorLink(node)

@@ -11,12 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_common.model.beacon import (
-    FLAG_STUCK,
-    HEARD_ENTRIES,
-    BeaconArray,
-    serialize_beacon,
-)
+from swarm_common.model.beacon import FLAG_STUCK, HEARD_ENTRIES, BeaconArray, serialize_beacon
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.model.robot_names import RobotNames

@@ -39,11 +39,7 @@ def draw(
 
 
 def film(
-    grid: Grid,
-    radii: Sequence[float],
-    trajectories: Trajectories,
-    path: Path,
-    speed: float,
+    grid: Grid, radii: Sequence[float], trajectories: Trajectories, path: Path, speed: float
 ) -> None:
     """Write a film of the true poses: a GIF, or by ffmpeg what the suffix says.
 

@@ -223,11 +223,7 @@ class Swarm:
         return self._running().tick * CONTROL_PERIOD
 
     def run(
-        self,
-        until: float | None = None,
-        *,
-        seconds: float | None = None,
-        progress: bool = False,
+        self, until: float | None = None, *, seconds: float | None = None, progress: bool = False
     ) -> None:
         """Let time pass.
 

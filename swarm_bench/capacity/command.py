@@ -68,8 +68,7 @@ def sweep_command(
         typer.Option(help="Two scenario files: the difference on the same seeds."),
     ] = None,
     precision: Annotated[
-        str | None,
-        precise(help="Adds seeds and sizes, until intervals are like 3%."),
+        str | None, precise(help="Adds seeds and sizes, until intervals are like 3%.")
     ] = None,
     budget: Annotated[
         str | None, precise(help="Likewise, for this wall time: 90s, 30min, 2h.")

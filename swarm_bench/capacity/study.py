@@ -112,11 +112,7 @@ class Study:
         self._left = len(todo)
 
     def _round(
-        self,
-        sweep: RunSweep,
-        places: Sequence[int],
-        console: Console,
-        tell: Callable[[], None],
+        self, sweep: RunSweep, places: Sequence[int], console: Console, tell: Callable[[], None]
     ) -> None:
         def watch(index: int, outcome: Outcome) -> bool:
             if isinstance(outcome, RunRecord):

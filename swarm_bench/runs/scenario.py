@@ -13,14 +13,7 @@ from msgspec import Meta
 from swarm_common.files.convert import read
 from swarm_common.files.resources import share_directory
 from swarm_common.model.errors import ConfigError, UnknownNameError
-from swarm_common.model.schema import (
-    Count,
-    NotNegative,
-    PoseNumbers,
-    Positive,
-    Share,
-    check_fields,
-)
+from swarm_common.model.schema import Count, NotNegative, PoseNumbers, Positive, Share, check_fields
 
 MOST_ROBOTS = 1000
 MOST_SECONDS = 604_800.0  # of a run: a week

@@ -105,21 +105,14 @@ def compose(robot: RobotView, inscribed_radius: float, window: float | None) -> 
         _mark(lethal, neighbors.tubes(index), resolution, origin_x, origin_y, radius)
     costmap = robot.config.costmap
     costs = inflate(
-        lethal,
-        resolution,
-        inscribed_radius,
-        costmap.inflation_radius,
-        costmap.cost_scaling_factor,
+        lethal, resolution, inscribed_radius, costmap.inflation_radius, costmap.cost_scaling_factor
     )
     costs[(cells == UNKNOWN) & (costs < INSCRIBED)] = NO_INFORMATION
     return Costmap(costs, resolution, origin_x, origin_y)
 
 
 def _window(
-    cells: NDArray[np.int8],
-    rows: tuple[int, int],
-    columns: tuple[int, int],
-    outside: int = UNKNOWN,
+    cells: NDArray[np.int8], rows: tuple[int, int], columns: tuple[int, int], outside: int = UNKNOWN
 ) -> NDArray[np.int8]:
     """Return a block that may hang over the grid's edge."""
     out = np.full((rows[1] - rows[0], columns[1] - columns[0]), outside, np.int8)

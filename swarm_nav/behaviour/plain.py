@@ -55,12 +55,7 @@ class PlainBrain:
     """
 
     def __init__(
-        self,
-        config: NavConfig,
-        spec: RobotSpec,
-        grid: Grid,
-        robot_id: int,
-        initial_pose_map: Pose,
+        self, config: NavConfig, spec: RobotSpec, grid: Grid, robot_id: int, initial_pose_map: Pose
     ) -> None:
         """Stand at a pose without a goal.
 

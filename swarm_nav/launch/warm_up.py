@@ -27,13 +27,7 @@ from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import parking_path
 from swarm_nav.traffic.right_of_way import GAIN, SLACK, refuge_path, way_of
 from swarm_nav.traffic.robot_state import RobotState
-from swarm_nav.traffic.single_lane_kernels import (
-    barrier,
-    entry_of,
-    flood,
-    half_width,
-    places,
-)
+from swarm_nav.traffic.single_lane_kernels import barrier, entry_of, flood, half_width, places
 from swarm_nav.traffic.single_lanes import SingleLanes
 
 TICKS = 60

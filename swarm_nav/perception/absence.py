@@ -14,14 +14,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.beacon import BEACON_WORDS, SIGHTINGS, Reception
 from swarm_nav.perception import absence_kernels as kernels
-from swarm_nav.perception.absence_kernels import (
-    NEVER,
-    SILENT,
-    UNKNOWN,
-    Absentees,
-    Sightings,
-    Spot,
-)
+from swarm_nav.perception.absence_kernels import NEVER, SILENT, UNKNOWN, Absentees, Sightings, Spot
 from swarm_nav.perception.neighbor_table_kernels import ID
 
 JUDGED_EVERY = 8  # ticks

@@ -75,12 +75,7 @@ class DynamicObstacles:
         return present
 
     def arrivals(
-        self,
-        hits: FloatArray,
-        ranges: NDArray[np.float32],
-        beam: Beam,
-        pose: Place,
-        reach: float,
+        self, hits: FloatArray, ranges: NDArray[np.float32], beam: Beam, pose: Place, reach: float
     ) -> FloatArray:
         """Return the hits at places through which rays passed two scans ago; remember this scan.
 
@@ -101,12 +96,7 @@ class DynamicObstacles:
         return hits[has_come]
 
     def update(
-        self,
-        marks: FloatArray,
-        old: FloatArray,
-        hits: FloatArray,
-        arrivals: FloatArray,
-        tick: int,
+        self, marks: FloatArray, old: FloatArray, hits: FloatArray, arrivals: FloatArray, tick: int
     ) -> None:
         """Store new marks.
 

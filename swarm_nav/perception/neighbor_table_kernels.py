@@ -605,11 +605,7 @@ def row_of(ids: Words, robot: int) -> int:
 
 @njit(cache=True)
 def highest_pusher(
-    words: Words,
-    gone: Mask,
-    priorities: Ints,
-    own: tuple[int, int],
-    patience: int,
+    words: Words, gone: Mask, priorities: Ints, own: tuple[int, int], patience: int
 ) -> int:
     """Return the row of the highest robot that we block and that may push us, or -1.
 

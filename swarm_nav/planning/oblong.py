@@ -134,12 +134,7 @@ class Slots:
     """
 
     def __init__(
-        self,
-        oblong: Oblong,
-        field: Field,
-        clearance: FloatArray,
-        frame: Frame,
-        room: float,
+        self, oblong: Oblong, field: Field, clearance: FloatArray, frame: Frame, room: float
     ) -> None:
         """Find the slots.
 

@@ -370,10 +370,7 @@ def straight_path(start: Pose, distance: float) -> FloatArray:
     Returns:
         (n, 2) [m] in map.
     """
-    end = (
-        start.x + distance * math.cos(start.yaw),
-        start.y + distance * math.sin(start.yaw),
-    )
+    end = (start.x + distance * math.cos(start.yaw), start.y + distance * math.sin(start.yaw))
     return _resampled(np.array(((start.x, start.y), end)))
 
 

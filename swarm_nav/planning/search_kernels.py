@@ -275,11 +275,7 @@ def cost_to_go(
 
 @njit(cache=True)
 def _unlink(
-    node: int,
-    after: NDArray[np.int32],
-    before: NDArray[np.int32],
-    heads: NDArray[np.int32],
-    k: int,
+    node: int, after: NDArray[np.int32], before: NDArray[np.int32], heads: NDArray[np.int32], k: int
 ) -> None:
     """Remove a node from list `k`."""
     if before[node] >= 0:

@@ -110,10 +110,7 @@ class Lattice:
             (x, y) [m] in map.
         """
         row, column = divmod(node, self.base.shape[1])
-        return (
-            self.origin_x + (column + 0.5) * self.step,
-            self.origin_y + (row + 0.5) * self.step,
-        )
+        return (self.origin_x + (column + 0.5) * self.step, self.origin_y + (row + 0.5) * self.step)
 
     def points_of(self, nodes: NDArray[np.integer]) -> FloatArray:
         """Return the centres of nodes.
@@ -126,10 +123,7 @@ class Lattice:
         """
         rows, columns = np.divmod(nodes, self.base.shape[1])
         return np.column_stack(
-            (
-                self.origin_x + (columns + 0.5) * self.step,
-                self.origin_y + (rows + 0.5) * self.step,
-            )
+            (self.origin_x + (columns + 0.5) * self.step, self.origin_y + (rows + 0.5) * self.step)
         )
 
 
@@ -369,11 +363,7 @@ def terrain_for(
 
 
 def _lattice(
-    field: Field,
-    grid: Grid,
-    planner: PlannerConfig,
-    costmap: CostmapConfig,
-    radius: float,
+    field: Field, grid: Grid, planner: PlannerConfig, costmap: CostmapConfig, radius: float
 ) -> Lattice:
     step = max(planner.resolution, grid.resolution)
     height = max(2, int(grid.height * grid.resolution / step))

@@ -206,17 +206,7 @@ def acknowledged(requests, tick):
 
 
 @njit(cache=True)
-def extend(
-    points,
-    span,
-    own,
-    own_held,
-    own_held_size,
-    requests,
-    protocol,
-    around,
-    claims,
-):
+def extend(points, span, own, own_held, own_held_size, requests, protocol, around, claims):
     """Let the tube grow along a path until the first refusal.
 
     Rules G1, G2, G3 and G5 of docs/architecture/safety.md, named where they are checked; the caller

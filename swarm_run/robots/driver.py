@@ -10,13 +10,7 @@ from rclpy.node import Node
 from swarm_interfaces.msg import Mission as MissionMsg
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_common.middleware.ros_io import (
-    LATCHED,
-    pose_stamped,
-    start_text,
-    tick_of,
-    time_msg,
-)
+from swarm_common.middleware.ros_io import LATCHED, pose_stamped, start_text, tick_of, time_msg
 from swarm_common.model.errors import ON_THIS_MAP
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_mission.itinerary import Itinerary, ItineraryState, NextGoal, StopOutcome

@@ -11,12 +11,7 @@ from functools import partial
 from typing import Any
 
 from lifecycle_msgs.msg import State, Transition, TransitionDescription
-from lifecycle_msgs.srv import (
-    ChangeState,
-    GetAvailableStates,
-    GetAvailableTransitions,
-    GetState,
-)
+from lifecycle_msgs.srv import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
 from rclpy.node import Node
 
 from swarm_common.middleware.rclpy_compat import name_in_graph, service_of_name
@@ -59,11 +54,7 @@ class LifecycleServices:
     """The lifecycle services under each of Nav2's node names."""
 
     def __init__(
-        self,
-        node: Node,
-        lifecycle: Lifecycle,
-        change: Callable[[str], bool],
-        on_demand: OnDemand,
+        self, node: Node, lifecycle: Lifecycle, change: Callable[[str], bool], on_demand: OnDemand
     ) -> None:
         """Offer them: `get_state` as other servers, the rest only to clients."""
         self._node, self._lifecycle, self._change = node, lifecycle, change

@@ -68,11 +68,7 @@ class Tasks:
     """All action servers of one navigator."""
 
     def __init__(
-        self,
-        body: ServedNode,
-        brain: RobotBrain,
-        on_goal: Callable[[], None],
-        on_demand: OnDemand,
+        self, body: ServedNode, brain: RobotBrain, on_goal: Callable[[], None], on_demand: OnDemand
     ) -> None:
         """Create the server of navigate_to_pose, and offer the others.
 

@@ -86,13 +86,7 @@ class Views:
     def _poll_subscribers(self) -> None:
         for costmap in self._costmaps:
             costmap.poll_subscribers()
-        heavy = (
-            self._plan,
-            self._local_plan,
-            self._footprint,
-            self._particles,
-            self._tf,
-        )
+        heavy = (self._plan, self._local_plan, self._footprint, self._particles, self._tf)
         self._wanted = {topic for topic in heavy if topic.get_subscription_count() > 0}
 
     def _is_due(self, topic: Publisher, tick: int, period: int) -> bool:
