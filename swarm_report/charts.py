@@ -35,7 +35,7 @@ from swarm_report.style import (
     VERMILLION,
     YELLOW,
     extent,
-)  # fmt: skip
+)
 
 INK = "ink"
 NEAR_MISS = 0.03  # [m] closer without contact is a near miss
@@ -123,7 +123,11 @@ def _ends(run: RunData, series: Series) -> list[Chart]:
     names = [text(name) for name in run.robots]
     return [
         line(
-            word, packed(x), packed(y), mode="markers", text=names,
+            word,
+            packed(x),
+            packed(y),
+            mode="markers",
+            text=names,
             marker={"symbol": symbol, "size": 7, "color": INK},
             hovertemplate=f"%{{text}}<extra>{word}</extra>",
         )
@@ -131,7 +135,7 @@ def _ends(run: RunData, series: Series) -> list[Chart]:
             ("start", "triangle-up", series.poses[0, :, :2].T),
             ("end", "circle", series.poses[-1, :, :2].T),
         )
-    ]  # fmt: skip
+    ]
 
 
 def _zones(run: RunData) -> list[Chart]:
@@ -184,9 +188,10 @@ def _beside(run: RunData, places: Mapping[str, Pose]) -> list[str]:
         }
         hits = {
             side: sum(b[0] < o[2] and b[2] > o[0] and b[1] < o[3] and b[3] > o[1] for o in taken)
-            + (b[0] < left) + (b[2] > right)
+            + (b[0] < left)
+            + (b[2] > right)
             for side, b in boxes.items()
-        }  # fmt: skip
+        }
         found.append(min(hits, key=hits.__getitem__))
         taken.append(boxes[found[-1]])
     return found
@@ -289,10 +294,13 @@ def timeline(run: RunData) -> Chart | None:
     count = len(run.robots)
     every = 1 if count <= 40 else 5
     y_axis = axis(
-        "", autorange="reversed", tickmode="array", showgrid=False,
+        "",
+        autorange="reversed",
+        tickmode="array",
+        showgrid=False,
         tickvals=list(range(0, count, every)),
         ticktext=[text(name) for name in run.robots[::every]],
-    )  # fmt: skip
+    )
     height = 150 + max(120, min(900, 17 * count))
     return _over_time(run, data, y_axis, barmode="overlay", bargap=0.12, height=height)
 

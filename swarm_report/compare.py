@@ -341,15 +341,19 @@ def _merit(run: RunData, key: str) -> float | None:
 
 DRAWINGS: dict[str, Drawing[Sequence[RunData]]] = {
     "goals": Drawing(
-        _goals, _goals_table,
+        _goals,
+        _goals_table,
         "Goals reached over simulated time, as a share of the mission",
     ),
     "clearance": Drawing(
-        _clearance, _clearance_table,
+        _clearance,
+        _clearance_table,
         "Share of robot-seconds nearer than a distance to anything",
     ),
     "merits": Drawing(
-        _merits, _merits_table,
-        "Figures of merit; a dash stands for what was not measured", is_wide=True,
+        _merits,
+        _merits_table,
+        "Figures of merit; a dash stands for what was not measured",
+        is_wide=True,
     ),
-}  # fmt: skip
+}

@@ -57,11 +57,14 @@ def _orders(records: Sequence[Mapping[str, Any]]) -> str:
     head = ["order", "from", "to", "robot", *(f"{name.replace('_', ' ')} [s]" for name in times)]
     rows = [
         [
-            record["id"], record["from"], record["to"], record["robot"] or "–",
+            record["id"],
+            record["from"],
+            record["to"],
+            record["robot"] or "–",
             *(_text(record[name]) for name in times),
         ]
         for record in records[:MOST_ORDERS]
-    ]  # fmt: skip
+    ]
     hidden = len(records) - len(rows)
     note = f'<p class="note">{hidden} more are in report.json.</p>' if hidden else ""
     return table_html(head, rows) + note

@@ -190,11 +190,14 @@ class RunData:
         """Goals of the mission in order of time."""
         events = [
             GoalEvent(
-                self._index[line["robot"]], line["t"], line["goal"], line["outcome"],
+                self._index[line["robot"]],
+                line["t"],
+                line["goal"],
+                line["outcome"],
                 line["duration"],
             )
             for line in self._state_log[1]
-        ]  # fmt: skip
+        ]
         return sorted(events, key=lambda event: event.time)
 
     @functools.cached_property

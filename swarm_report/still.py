@@ -167,9 +167,12 @@ def _draw_bars(axes: Axes, trace: Chart) -> None:
         start, half = values(trace["base"]), 0.5 * trace["width"]
         sides = [start, start + x, start + x, start], [y - half, y - half, y + half, y + half]
         bars = PolyCollection(  # one of all is far cheaper than a patch of each
-            list(np.stack([np.stack(side, 1) for side in sides], 2)), facecolors=color,
-            linewidths=0.0, rasterized=len(x) > VECTOR_LIMIT, label=_label(trace),
-        )  # fmt: skip
+            list(np.stack([np.stack(side, 1) for side in sides], 2)),
+            facecolors=color,
+            linewidths=0.0,
+            rasterized=len(x) > VECTOR_LIMIT,
+            label=_label(trace),
+        )
         axes.add_collection(bars)
         axes.autoscale_view()
         return
@@ -189,9 +192,13 @@ def _draw_heatmap(drawing: Figure, axes: Axes, trace: Chart) -> None:
     extent = (left, left + z.shape[1] * width, bottom, bottom + z.shape[0] * height)
     colors = LinearSegmentedColormap.from_list("chart", trace["colorscale"])
     image = axes.imshow(
-        np.ma.masked_invalid(z), origin="lower", extent=extent, cmap=colors,
-        interpolation="nearest", zorder=1,
-    )  # fmt: skip
+        np.ma.masked_invalid(z),
+        origin="lower",
+        extent=extent,
+        cmap=colors,
+        interpolation="nearest",
+        zorder=1,
+    )
     bar = trace["colorbar"]
     scale = drawing.colorbar(image, ax=axes, label=bar["title"]["text"], shrink=0.8)
     scale.set_ticks(bar["tickvals"], labels=bar["ticktext"])
@@ -250,6 +257,9 @@ def _draw_legend(drawing: Figure, panels: Sequence[Axes], columns: int) -> None:
         entries = {label: handle for label, handle in entries.items() if label not in lines}
     if entries:
         drawing.legend(
-            list(entries.values()), list(entries), ncols=columns, fontsize=8,
+            list(entries.values()),
+            list(entries),
+            ncols=columns,
+            fontsize=8,
             loc="outside upper left",
-        )  # fmt: skip
+        )

@@ -22,8 +22,12 @@ LINE_STYLES = ("-", "--", "-.", ":")
 STATES = {state: css(color) for state, color in palette.STATES.items()}
 LABELS = {"pausing": "pausing (service)", "idle": "idle (no goal)"}
 GROUPS = {
-    "world": BLUE, "navigators": ORANGE, "operator": GREEN, "recorder": PINK, "viewer": SKY,
-}  # fmt: skip
+    "world": BLUE,
+    "navigators": ORANGE,
+    "operator": GREEN,
+    "recorder": PINK,
+    "viewer": SKY,
+}
 SETTINGS = {
     "font.size": 9.0,
     "axes.spines.top": False,

@@ -104,9 +104,13 @@ class Hand:
     def _draw_arrow(self, start: FloatArray, tip: FloatArray) -> None:
         if self._floor is not None and heading(start, tip) is not None:
             self._arrow = self._scene.add_arrows(
-                "/tool/arrow", lifted(np.array([start, tip]), ARROW_HEIGHT)[None], GOAL,
-                shaft_radius=0.03, head_radius=0.08, head_length=0.14,
-            )  # fmt: skip
+                "/tool/arrow",
+                lifted(np.array([start, tip]), ARROW_HEIGHT)[None],
+                GOAL,
+                shaft_radius=0.03,
+                head_radius=0.08,
+                head_length=0.14,
+            )
 
     def _apply(self, point: FloatArray, tip: FloatArray | None) -> None:
         tool = self.tool

@@ -101,13 +101,17 @@ class DrawnFleet:
     def _add_mark(self, name: str, mesh: Mesh, colors: NDArray[np.uint8]) -> Any:
         count = len(colors)
         return self._scene.add_batched_meshes_simple(
-            name, *mesh,
+            name,
+            *mesh,
             batched_wxyzs=quaternions(np.zeros(count)),
             batched_positions=np.full((count, 3), AWAY),
             batched_scales=np.ones(count, np.float32),
             batched_colors=colors,
-            lod="off", side="double", cast_shadow=False, receive_shadow=False,
-        )  # fmt: skip
+            lod="off",
+            side="double",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
 
     def look_from(self, cameras: Sequence[FloatArray], poses: FloatArray) -> bool:
         """Draw robots near cameras (3,) as they look; return whether those are others."""

@@ -56,9 +56,13 @@ class RobotLayers:
         if goal is not None:
             tip = (goal.x + 0.4 * np.cos(goal.yaw), goal.y + 0.4 * np.sin(goal.yaw), 0.06)
             self._handles["goal"] = self._scene.add_arrows(
-                "/robot/goal", np.array([[(goal.x, goal.y, 0.06), tip]]), palette.GOAL,
-                shaft_radius=0.035, head_radius=0.09, head_length=0.15,
-            )  # fmt: skip
+                "/robot/goal",
+                np.array([[(goal.x, goal.y, 0.06), tip]]),
+                palette.GOAL,
+                shaft_radius=0.035,
+                head_radius=0.09,
+                head_length=0.15,
+            )
 
     def clear(self) -> None:
         """Remove everything."""
