@@ -37,7 +37,7 @@ def limits_of(spec: RobotSpec) -> dict[str, float]:
     return {name: getattr(spec, name) for name in LIMITS + (SIDEWAYS if spec.is_omni else ())}
 
 
-class Group(Schema):
+class FleetGroup(Schema):
     """Robots of one model."""
 
     model: Name  # or its path, which may be relative to the fleet file
@@ -52,7 +52,7 @@ class Group(Schema):
 class FleetFile(Schema):
     """Content of the file."""
 
-    groups: Annotated[tuple[Group, ...], told("a list of model and count", min_length=1)]
+    groups: Annotated[tuple[FleetGroup, ...], told("a list of model and count", min_length=1)]
     order: Literal["grouped", "mixed"] = "grouped"
     names: Names = None
     external: tuple[str, ...] | None = None  # robots that nodes of their users drive
@@ -150,7 +150,7 @@ def _names(given: str | tuple[str, ...], count: int, where: str) -> RobotNames:
     return RobotNames.of([given] if isinstance(given, str) else given, count, where)
 
 
-def _members(group: Group, where: str, path: Path) -> list[Member]:
+def _members(group: FleetGroup, where: str, path: Path) -> list[Member]:
     model, spec = _model(group.model, where, path)
     _check_limits(group.limits or {}, spec, f"{where}: limits")
     if group.battery is not UNSET:

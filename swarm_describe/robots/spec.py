@@ -55,7 +55,7 @@ BaseLength = Annotated[
 ]
 
 
-class Wheels(Schema):
+class DrivenJoints(Schema):
     """Driven joints."""
 
     left: Joints
@@ -72,7 +72,7 @@ class RobotFile(Schema):
     controllers: Files | UnsetType = UNSET  # parameter files of ros2_control
     inertia: Literal["described", "shapes"] | UnsetType = UNSET  # where inertias come from
     drive: Literal["differential", "skid", "omni"] | UnsetType = UNSET
-    wheels: Wheels | UnsetType = UNSET
+    wheels: DrivenJoints | UnsetType = UNSET
     wheel_radius: Size | UnsetType = UNSET
     wheel_separation: Size | UnsetType = UNSET
     wheel_base: BaseLength | UnsetType = UNSET
