@@ -12,7 +12,6 @@ from typer.testing import CliRunner
 import swarm_bench.study.command
 from swarm_bench.baselines import orca
 from swarm_bench.execution.executor import executor
-from swarm_bench.runs import harness
 from swarm_bench.runs.episode import build
 from swarm_bench.study import runner, tables
 from swarm_bench.study.experiments import (
@@ -38,6 +37,7 @@ from swarm_bench.study.tuning import (
 from swarm_bench.suite.command import bench_app
 from swarm_common.model.beacon import BEACON_DTYPE, reception_of
 from swarm_common.model.errors import ConfigError, SwarmError
+from swarm_run.loop import InjectedFaults, Loop, of_own_part
 from tests.fakes.lines import add_lines
 
 EXPERIMENT = """
@@ -241,13 +241,13 @@ def test_orders_without_end_are_counted_and_robots_may_join(stream):
 
 def test_a_box_blocks_the_way_for_a_time(stream, monkeypatch):
     seen = []
-    looked = harness.Harness.advance
+    looked = Loop.sense
 
-    def advance(self):
-        seen.append(len(self.episode.world.loose))
+    def sense(self):
+        seen.append(len(self.world.loose))
         return looked(self)
 
-    monkeypatch.setattr(harness.Harness, "advance", advance)
+    monkeypatch.setattr(Loop, "sense", sense)
     blocked = {"blocked": [0.0, -4.0, 0.4, 0.4], "at": 2.0, "until": 4.0, "lidar": True}
     short = STREAM.replace("90", "6").replace("10", "1")
     (stream / "scenarios/stream.yaml").write_text(short, encoding="utf-8")
@@ -339,6 +339,6 @@ def test_a_split_radio_parts_odd_from_even():
     beacons["id"] = [1, 2, 3, 4]
     reception = reception_of(beacons)
     for index, heard in ((0, [1, 3]), (3, [2, 4])):
-        assert harness.of_own_part(reception, index).beacons["id"].tolist() == heard
-    faults = harness.InjectedFaults(split=(5, 8))
+        assert of_own_part(reception, index).beacons["id"].tolist() == heard
+    faults = InjectedFaults(split=(5, 8))
     assert [faults.splits(tick) for tick in (4, 5, 7, 8)] == [False, True, True, False]
