@@ -10,6 +10,7 @@ What imports nothing of the folders below it stands first:
     suite       Sweeps over scenarios and seeds
     halls       Random halls
     capacity    Throughput over robots
+    lanes       Preferred lanes, learned from where robots lose time
     study       Decentralised against central control
     cli         The command `swarm-bench`
 

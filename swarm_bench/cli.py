@@ -18,6 +18,7 @@ def main() -> None:
 def _load() -> typer.Typer:
     import swarm_bench.capacity.command  # adds its command
     import swarm_bench.halls.command  # likewise
+    import swarm_bench.lanes.command  # likewise
     import swarm_bench.study.command  # noqa: F401  # likewise
     from swarm_bench.suite.command import bench_app
 

@@ -14,6 +14,7 @@ What a module imports of its folder stands above it:
     spec              The one description of a run: `RunSpec`
     params            Parameter files: defaults, the robot's data, the user's overrides for
                       navigators and world
+    lanes             Whether preferred lanes were learned for the world and mission of a run
     plan              Everything that is checked and loaded before a run starts a single process
     flags             The command line of `swarm-up`, made from the description
     launch_arguments  The options of `swarm-up` as arguments of a ROS 2 launch file

@@ -33,6 +33,7 @@ from swarm_mission.orders.demand import measured_demand
 from swarm_mission.orders.dispatch import CLAIM, DISPATCHER, load_dispatcher
 from swarm_mission.orders.order import OrderPlan
 from swarm_mission.orders.order_file import times_files
+from swarm_run.lanes import lanes_remarks
 from swarm_run.params import (
     Overrides,
     default_world_parameters,
@@ -500,7 +501,8 @@ def check_plan(spec: RunSpec) -> RunPlan:
         defaults=defaults,
         overrides=overrides,
     )
-    return replace(plan, remarks=(*_check_energy(plan), *_check_orders(plan)))
+    found = lanes_remarks(plan.sites.zones, plan.world, plan.mission)
+    return replace(plan, remarks=(*_check_energy(plan), *_check_orders(plan), *found))
 
 
 def _check_orders(plan: RunPlan) -> list[str]:

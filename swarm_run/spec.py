@@ -16,7 +16,7 @@ from typing import Annotated, Any
 import typer
 from msgspec import Meta, field, inspect
 
-from swarm_common.files.zones_io import KEEPOUT_MASK, SPEED_MASK
+from swarm_common.files.zones_io import KEEPOUT_MASK, LANES, SPEED_MASK
 from swarm_common.middleware.addresses import check_address, check_port, own_address
 from swarm_common.middleware.ros_env import (
     FEW_ROBOTS,
@@ -42,6 +42,7 @@ from swarm_run.listing import world_names
 
 SIZE_LIMIT = 100  # robots, without --over-limit
 DEFAULT_SIZE = 5
+NO_LANES = "none"  # in place of the world's
 LOOPBACK = "127.0.0.1"
 DRIVES = {"wheels": "bullet", "planar": "planar"}  # by the world's engines
 VIEWER_PORT = 8080
@@ -101,6 +102,13 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
     speed_mask: Annotated[
         File | None,
         _swarm("--speed-mask", help="Filter mask (.yaml) of speed limits, as Nav2 has them."),
+    ] = None
+    lanes: Annotated[
+        File | None,
+        _swarm(
+            "--lanes",
+            help="Filter mask (.yaml) of preferred lanes, see swarm-bench lanes; none: without.",
+        ),
     ] = None
     skip_missing: Annotated[
         bool,
@@ -339,10 +347,11 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
         return -(-self.size // self.pack)
 
     @property
-    def masks(self) -> dict[str, Path]:
-        """Filter masks that were given, by their key in `zones:` of sites.yaml."""
-        given = {KEEPOUT_MASK: self.keepout_mask, SPEED_MASK: self.speed_mask}
-        return {key: Path(path) for key, path in given.items() if path is not None}
+    def masks(self) -> dict[str, Path | None]:
+        """Filter masks that were given, by their key in `zones:` of sites.yaml; None for none."""
+        given = {KEEPOUT_MASK: self.keepout_mask, SPEED_MASK: self.speed_mask, LANES: self.lanes}
+        found: dict[str, Path | None] = {k: Path(path) for k, path in given.items() if path}
+        return found | ({LANES: None} if self.lanes == NO_LANES else {})
 
     @property
     def driven_by_users(self) -> tuple[str, ...]:

@@ -18,6 +18,7 @@ from swarm_bench.runs.scenario import Scenario
 from swarm_central.link import Centre, delay_ticks
 from swarm_central.movingai import check_program
 from swarm_common.files.params_io import REALISTIC, default_parameters
+from swarm_common.files.zones_io import load_lanes
 from swarm_common.model.central import Coordination
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
@@ -39,8 +40,10 @@ from swarm_mission.orders.radio import OrderRadio
 from swarm_nav.core.config import NavConfig, config_from_parameters
 from swarm_nav.core.plugins import BRAIN, check_plugins, own_plugins
 from swarm_nav.traffic.conditions import Conditions, conditions
+from swarm_run.lanes import lanes_remarks
 from swarm_run.loop import Driver
 from swarm_run.params import Overrides, WorldParams, load_overrides
+from swarm_run.spec import NO_LANES
 from swarm_sim.maps.draw_map import Reach, reach_of
 from swarm_sim.maps.world_check import checked
 from swarm_sim.sensing.radio import RadioConfig
@@ -100,14 +103,14 @@ def check(options: RunOptions) -> list[str]:
     setup, mission = prepare(options)
     specs, sites = setup.specs, setup.scene.sites
     plan = mission.orders if mission is not None else None
-    remarks = list[str]()
+    remarks = lanes_remarks(sites.zones, setup.scene.file, mission)
     if plan is None:
         routes = [_route(mission, setup, options, index) for index in range(len(specs))]
         named = zip(setup.names, specs, strict=True), zip(setup.names, routes, strict=True)
         check_energy(dict(named[0]), dict(named[1]), sites, setup.scene.name)
     else:
         load_dispatcher(plan.dispatch)
-        _, remarks = measured_demand(plan, sites, setup.grid, specs, len(specs))
+        remarks += measured_demand(plan, sites, setup.grid, specs, len(specs))[1]
     heights = [spec.lidar.z for spec in specs]
     checked(setup.scene, heights, reach_of(specs), with_physics=options.engine == "bullet")
     load_method(options.method)
@@ -280,7 +283,7 @@ def prepare(options: RunOptions) -> tuple[WorldSetup, Mission | None]:
         SwarmError: If a file or a value is unusable.
     """
     scenario, count = options.scenario, options.robots
-    scene = _scene(scenario.world)
+    scene = _scene(scenario.world, scenario.lanes)
     mission = None
     if scenario.mission:
         mission = _mission(scenario.mission).with_groups(scene.sites)
@@ -298,7 +301,8 @@ def prepare(options: RunOptions) -> tuple[WorldSetup, Mission | None]:
     dead = tuple(Pose(*pose) for pose in scenario.dead)
     starts = _starts(scenario.world, specs, mission.spawn if mission else "", dead)
     reach = reach_of(specs)
-    grid = _grid(scenario.world, min(spec.lidar.z for spec in specs), reach, starts)
+    height = min(spec.lidar.z for spec in specs)
+    grid = _grid(scenario.world, scenario.lanes, height, reach, starts)
     if scenario.actors:
         actors = _actors(scenario.world, scenario.actors)
         scene = dataclasses.replace(scene, walkers=actors.walkers, vehicles=actors.vehicles)
@@ -451,15 +455,25 @@ def _parsed(text: str, default: Any) -> Any:
 # Worlds and maps are read once per process.
 
 
-_scene = read_once(load_world)
+@read_once
+def _scene(world: str, lanes: str = "") -> Scene:
+    scene = load_world(world)
+    if not lanes:
+        return scene
+    zones = dataclasses.replace(
+        scene.sites.zones, lanes=None if lanes == NO_LANES else load_lanes(Path(lanes))
+    )
+    return dataclasses.replace(scene, sites=dataclasses.replace(scene.sites, zones=zones))
+
+
 _mission = read_once(load_mission)
 _robots = read_once(open_robot)
 robot_named = read_once(load_robot)
 
 
 @read_once
-def _grid(world: str, height: float, reach: Reach, starts: Sequence[Pose]) -> Grid:
-    scene = _scene(world)
+def _grid(world: str, lanes: str, height: float, reach: Reach, starts: Sequence[Pose]) -> Grid:
+    scene = _scene(world, lanes)
     return scene.sites.zones.mark(map_of(scene, height, reach, starts, map_file_of(scene)))
 
 

@@ -50,6 +50,7 @@ class Scenario:
     delay: NotNegative = 0.0  # [s] that beacons are late, beyond the one tick that they always take
     with_lidar: bool = False  # whether LiDARs run; without them map and beacons are all
     actors: str = ""  # file beside the world's, with people who walk about; empty for its own
+    lanes: str = ""  # file of preferred lanes; empty for the world's own, none for no lanes
     noise: NotNegative = 0.02  # standard deviation of each speed in each tick, as a share of it
     dead: tuple[PoseNumbers, ...] = ()  # poses of the last robots, which never do or say anything
     # Number of seeds of the suite by swarm size; `SUITE_SEEDS` where nothing is said.

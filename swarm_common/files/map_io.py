@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 from numpy.typing import NDArray
 
 from swarm_common.files.map_image import TOP, MapImage, read_image
@@ -100,6 +101,24 @@ def save_map(grid: Grid, path: str | Path) -> None:
         "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n",
         encoding="utf-8",
     )
+
+
+def save_mask(mask: Grid, path: Path, **more: Any) -> None:
+    """Write a filter mask of Nav2, as a YAML file and a PGM of the same name beside it.
+
+    Args:
+        mask: Cells from 0 to 100.
+        more: Further keys of the file.
+    """
+    head = f"P5\n{mask.width} {mask.height}\n255\n".encode()
+    pixels = mask.cells[::-1].astype(np.uint8)
+    path.with_suffix(".pgm").write_bytes(head + pixels.tobytes())
+    keys = {
+        "image": f"{path.stem}.pgm", "mode": "raw", "resolution": mask.resolution,
+        "origin": [mask.origin_x, mask.origin_y, 0.0], "negate": 0, "occupied_thresh": 0.65,
+        "free_thresh": 0.196, "type": 0, "base": 0.0, "multiplier": 1.0,
+    }  # fmt: skip
+    path.write_text(yaml.safe_dump(keys | more, sort_keys=False), encoding="utf-8")
 
 
 def _check_keys(data: dict[str, Any], path: Path) -> None:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
 from swarm_common.files.convert import convert, read
-from swarm_common.files.zones_io import ZonesEntry, make_zones
+from swarm_common.files.zones_io import Masks, ZonesEntry, make_zones
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose
 from swarm_common.model.schema import Name, Polygon, PoseNumbers, Schema, told
@@ -41,7 +40,7 @@ class SitesFile(Schema):
                     raise UnknownNameError("station", name, stations, key)
 
 
-def load_sites(path: str | Path, masks: Mapping[str, Path] | None = None) -> Sites:
+def load_sites(path: str | Path, masks: Masks | None = None) -> Sites:
     """Return the sites in a file, which may name none.
 
     Args:

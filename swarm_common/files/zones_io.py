@@ -18,11 +18,12 @@ from swarm_common.files.convert import convert
 from swarm_common.files.map_io import load_map
 from swarm_common.files.yaml_io import read_yaml
 from swarm_common.model.errors import ConfigError
-from swarm_common.model.grid import UNKNOWN, Grid
+from swarm_common.model.grid import KEEPOUT, UNKNOWN, Grid
 from swarm_common.model.schema import Name, Polygon, Schema, told
-from swarm_common.model.zones import NO_ZONES, KeepoutZone, SpeedMask, SpeedZone, Zones
+from swarm_common.model.zones import NO_ZONES, KeepoutZone, Lanes, SpeedMask, SpeedZone, Zones
 
-KEEPOUT_MASK, SPEED_MASK = MASKS = ("keepout_mask", "speed_mask")
+KEEPOUT_MASK, SPEED_MASK, LANES = MASKS = ("keepout_mask", "speed_mask", "lanes")
+LEARNED = "learned"  # key of a file of lanes: what they were made for
 KEEPOUT_TYPE, PERCENT_TYPE, ABSOLUTE_TYPE = range(3)  # CostmapFilterInfo.type
 SpeedLimit = Annotated[
     float, told("a positive number (a zone in which no robot may be is a keepout zone)", gt=0.0)
@@ -91,6 +92,7 @@ class ZonesEntry(Schema):
     speed: tuple[SpeedEntry, ...] | None = None
     keepout_mask: Mask | None = None
     speed_mask: Mask | None = None
+    lanes: Mask | None = None  # preferred lanes
 
     def __post_init__(self) -> None:
         for kind in (self.keepout or (), self.speed or ()):
@@ -100,18 +102,22 @@ class ZonesEntry(Schema):
                     raise ConfigError(f"two zones are called '{name}'; names are unique")
 
 
-def make_zones(entry: ZonesEntry | None, path: Path, masks: Mapping[str, Path]) -> Zones:
+Masks = Mapping[str, Path | None]
+"""Files of masks by their key, in place of those of the sites file; None for no mask."""
+
+
+def make_zones(entry: ZonesEntry | None, path: Path, masks: Masks) -> Zones:
     """Return the zones of a sites file.
 
     Args:
         path: Sites file; masks are relative to its folder.
-        masks: Files of masks, by key, that replace those of the sites file.
     """
     if entry is None and not masks:
         return NO_ZONES
     entry = entry or ZonesEntry()
     given = {key: mask for key in MASKS if (mask := getattr(entry, key)) is not None}
-    given |= {key: str(mask.absolute()) for key, mask in masks.items()}
+    given |= {key: str(mask.absolute()) for key, mask in masks.items() if mask is not None}
+    given = {key: mask for key, mask in given.items() if masks.get(key, mask) is not None}
     own = {
         key: MaskEntry(mask=mask) if isinstance(mask, str) else mask for key, mask in given.items()
     }
@@ -122,16 +128,18 @@ def make_zones(entry: ZonesEntry | None, path: Path, masks: Mapping[str, Path]) 
             SpeedZone(zone.name, zone.points, zone.limit or zone.percentage or 0.0, not zone.limit)
             for zone in entry.speed or ()
         ),
-        keepout_mask=_keepout_mask(own.get(KEEPOUT_MASK), path.parent),
+        keepout_mask=_cost_mask(own.get(KEEPOUT_MASK), path.parent),
         speed_mask=_speed_mask(own.get(SPEED_MASK), path.parent, notes),
+        lanes=_lanes(own.get(LANES), path.parent),
         notes=tuple(notes),
     )
 
 
-def copy_masks(path: Path, masks: Mapping[str, Path], folder: Path) -> dict[str, Any] | None:
+def copy_masks(path: Path, masks: Masks, folder: Path) -> dict[str, Any] | None:
     """Copy the masks of a sites file; return its content with the copies, None without masks."""
     data = read_yaml(path, may_be_empty=True) if path.is_file() else {}
-    zones = dict(data.get("zones") or {}) | {k: str(mask.absolute()) for k, mask in masks.items()}
+    zones = dict(data.get("zones") or {})
+    zones |= {key: mask and str(mask.absolute()) for key, mask in masks.items()}
     entries = {key: zones[key] for key in MASKS if zones.get(key) is not None}
     if not entries:
         return None
@@ -145,10 +153,35 @@ def copy_masks(path: Path, masks: Mapping[str, Path], folder: Path) -> dict[str,
         copy.write_text(yaml.safe_dump(content | {"image": image.name}), encoding="utf-8")
         name = str(copy.relative_to(folder))
         zones[key] = entry | {"mask": name} if isinstance(entry, dict) else name
-    return data | {"zones": zones}
+    return data | {"zones": {key: zone for key, zone in zones.items() if zone is not None}}
 
 
-def _keepout_mask(entry: MaskEntry | None, folder: Path) -> Grid | None:
+def load_lanes(path: Path) -> Lanes:
+    """Return the lanes of a mask.
+
+    Raises:
+        ConfigError: If it is unusable, or closes floor.
+    """
+    lanes = _lanes(MaskEntry(mask=str(path.absolute())), path.parent)
+    assert lanes is not None
+    return lanes
+
+
+def _lanes(entry: MaskEntry | None, folder: Path) -> Lanes | None:
+    values = _cost_mask(entry, folder)
+    if entry is None or values is None:
+        return None
+    file = folder / entry.mask
+    if (values.cells >= KEEPOUT).any():
+        raise ConfigError(
+            f"{file}: the value 100 closes a cell; lanes only cost, 1 to 99 (cells that no robot"
+            " may enter belong into the keepout mask)"
+        )
+    return Lanes(values, convert(read_yaml(file).get(LEARNED, {}), dict[str, str], file))
+
+
+def _cost_mask(entry: MaskEntry | None, folder: Path) -> Grid | None:
+    """Return a mask of costs, as Nav2's KeepoutFilter takes it."""
     if entry is None:
         return None
     file = folder / entry.mask

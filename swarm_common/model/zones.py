@@ -7,8 +7,8 @@ the robots alone: no LiDAR sees them. Where a cell of the map lies in several, t
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -72,6 +72,14 @@ class SpeedMask:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Lanes:
+    """Preferred lanes: driving beside them costs more."""
+
+    values: Grid  # 1 to 99: costs more
+    learned: Mapping[str, str] = field(default_factory=dict)  # what they were made for
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Zones:
     """All zones of a world; the section `zones:` of `sites.yaml`."""
 
@@ -79,10 +87,11 @@ class Zones:
     speed: tuple[SpeedZone, ...] = ()
     keepout_mask: Grid | None = None  # 100: forbidden; 1 to 99: costs more; else free
     speed_mask: SpeedMask | None = None
+    lanes: Lanes | None = None
     notes: tuple[str, ...] = ()  # how masks were understood, a sentence each
 
     def __bool__(self) -> bool:
-        return self.has_keepout or self.has_speed
+        return self.has_keepout or self.has_speed or self.lanes is not None
 
     @property
     def has_keepout(self) -> bool:
@@ -117,7 +126,7 @@ class Zones:
         return min(limits, default=np.inf)
 
     def mark(self, grid: Grid) -> Grid:
-        """Return a map with the keepout zones on it; itself if there are none."""
+        """Return a map with keepout zones and lanes on it; itself if there are none."""
         if not self or grid.keepout is not None:
             return grid
         layers = _layers(self, geometry_of(grid))
@@ -213,24 +222,26 @@ def _layers(zones: Zones, geometry: Geometry) -> _Layers:
     """Return all zones on a map; a zone that is nowhere on it is an error."""
     x, y, resolution, height, width = geometry
     grid = Grid(np.zeros((height, width), np.int8), resolution, x, y)
-    keepout = np.zeros((height, width), np.int8) if zones.has_keepout else None
+    lanes = None if zones.lanes is None else zones.lanes.values
+    has_costs = zones.has_keepout or lanes is not None
+    keepout = np.zeros((height, width), np.int8) if has_costs else None
     absolute, percentage = (np.full((height, width), np.inf) for _ in range(2))
     for zone in zones.keepout:
         assert keepout is not None
         keepout[_covered(f"keepout zone '{zone.name}'", zone.points, grid)] = KEEPOUT
-    if keepout is not None and zones.keepout_mask is not None:
-        costs = np.maximum(zones.keepout_mask.cells, 0)
-        keepout = np.maximum(
-            keepout, _resampled("the keepout mask", zones.keepout_mask, costs, grid, np.maximum)
-        )
+    for name, mask in (("keepout mask", zones.keepout_mask), ("mask of lanes", lanes)):
+        if keepout is not None and mask is not None:
+            costs = np.maximum(mask.cells, 0)
+            found = _resampled(f"the {name}", mask, costs, grid, np.maximum)
+            keepout = np.maximum(keepout, found)
     for speed in zones.speed:
         limits = percentage if speed.is_percentage else absolute
         cells = _covered(f"speed zone '{speed.name}'", speed.points, grid)
         limits[cells] = np.minimum(limits[cells], speed.limit)
-    if (mask := zones.speed_mask) is not None:
-        limits = percentage if mask.is_percentage else absolute
-        found = _resampled("the speed mask", mask.values, mask.limits(), grid, np.minimum)
-        np.minimum(limits, found, out=limits)
+    if (slow := zones.speed_mask) is not None:
+        limits = percentage if slow.is_percentage else absolute
+        least = _resampled("the speed mask", slow.values, slow.limits(), grid, np.minimum)
+        np.minimum(limits, least, out=limits)
     return _Layers(keepout, absolute, percentage)
 
 
