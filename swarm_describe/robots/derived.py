@@ -97,11 +97,12 @@ def _describe(source: RobotSource, asked: Asked, faults: Faults) -> Described | 
     based = _with_base(root, center)
     moving = () if train is None else (*train.left, *train.right)
     model = parse_urdf(based, where, moving, finder, directory, asked.inertia, faults)
-    faults.tell(
-        f"{where}: link {group.name} has no mass; give it an <inertial> or a <collision>"
-        for group in model.groups
-        if group.mass <= 0.0
-    )
+    if bool(faults) == known:  # else the mass may be that of a mesh that is missing
+        faults.tell(
+            f"{where}: link {group.name} has no mass; give it an <inertial> or a <collision>"
+            for group in model.groups
+            if group.mass <= 0.0
+        )
     values: dict[str, Any] = {}
     origins: dict[str, Origin] = {}
     doubts: dict[str, str] = {}

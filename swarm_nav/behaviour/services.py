@@ -66,8 +66,11 @@ class NavigatorServices:
         self._p.is_active = False
 
     def reconfigure(self, config: NavConfig) -> None:
+        terrain = self._s.terrain
         self._controller.configure(config.controller)
         self._p.arbiter.configure(config)
+        if self._s.terrain is not terrain:  # of other cells
+            self._find_region()
         self._localiser.configure(config.localisation)
 
     def steer(self, twist: Twist) -> None:
@@ -114,11 +117,15 @@ class NavigatorServices:
 
     def _mark(self, grid: Grid) -> None:
         """Apply a map, with zones and mask."""
-        s, gate = self._s, self._p.gate
         grid = self._p.sites.zones.mark(grid)
         if self._keepout_mask is not None:
             grid = with_mask(grid, self._keepout_mask)
         self._p.arbiter.load_map(grid)
+        self._find_region()
+
+    def _find_region(self) -> None:
+        """Leave the narrow region, and find those of the terrain."""
+        s, gate = self._s, self._p.gate
         gate.leave()
         gate.region = narrow_region(s.terrain, s.stations, s.usual_radius)
 

@@ -240,6 +240,16 @@ def test_new_limits_and_maps_take_effect_at_once():
     assert path[:, 1].max() > 5.0
 
 
+def test_cells_of_another_size_have_regions_of_their_own():
+    """A region of the old cells ended a navigator that was to make way for others in it."""
+    hall = room(28.0, 14.0, (2.5, 1.4, 25.5, 1.8), (0.0, 4.2, 28.0, 4.6))
+    sites = Sites(stations={"aisle": Pose(14.0, 0.7, 0.0)})
+    robot = Squad(hall, [Pose(1.0, 3.0, 0.0)], sites=sites).robots[0]
+    before = robot._gate.region
+    robot.services.reconfigure(config(planner__resolution=0.2))
+    assert robot._gate.region.shape == robot._s.planner.lattice.base.shape != before.shape
+
+
 def test_new_parameters_reach_every_layer():
     one = under_way()
     one.robots[0].services.reconfigure(
