@@ -18,19 +18,12 @@ class GoalTimeoutError(SwarmError):
 
 @dataclass(frozen=True, slots=True)
 class GoalResult:
-    """How a goal ended; true if it was reached.
+    """How a goal ended; true if it was reached."""
 
-    Attributes:
-        outcome: succeeded, aborted or canceled.
-        reason: Why it was not reached; empty if it was.
-        time: [s] of simulated time at which it ended.
-        duration: [s] from when it was sent.
-    """
-
-    outcome: str
-    reason: str
-    time: float
-    duration: float
+    outcome: str  # `succeeded`, `aborted` or `canceled`
+    reason: str  # why it was not reached; empty if it was
+    time: float  # [s] of simulated time at which it ended
+    duration: float  # [s] from when it was sent
 
     def __bool__(self) -> bool:
         return self.outcome == "succeeded"

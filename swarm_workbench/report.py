@@ -24,24 +24,15 @@ class RobotFigures:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Report:
-    """A run so far.
+    """A run so far."""
 
-    Attributes:
-        sim_time: [s].
-        robot_robot: Contact episodes between robots.
-        robot_world: Contact episodes with walls, obstacles and people.
-        near_misses: Episodes closer than 0.03 m without contact.
-        min_clearance: [m] of any robot from anything; inf if nothing was near.
-        robots: One entry per robot, in order.
-        full: report.json of processes that have ended; empty on the bench, and until then.
-    """
-
-    sim_time: float
-    robot_robot: int
-    robot_world: int
-    near_misses: int
-    min_clearance: float
-    robots: Sequence[RobotFigures]
+    sim_time: float  # [s]
+    robot_robot: int  # contact episodes between robots
+    robot_world: int  # contact episodes with walls, obstacles and people
+    near_misses: int  # episodes closer than 0.03 m without contact
+    min_clearance: float  # [m] of any robot from anything; inf if nothing was near
+    robots: Sequence[RobotFigures]  # one entry per robot, in order
+    # content of report.json after the end of processes; empty on the bench
     full: Mapping[str, Any]
 
     @property

@@ -19,18 +19,12 @@ NAMES_FILE = "world.jsonl"
 
 @dataclass(frozen=True, slots=True)
 class Trajectories:
-    """Poses of all robots, ten a simulated second.
+    """Poses of all robots, ten a simulated second."""
 
-    Attributes:
-        names: Names of the robots.
-        times: (T,) [s].
-        true: (T, n, 3) x, y [m], yaw [rad] in map; NaN where a robot was not there.
-        estimated: (T, n, 3) likewise, what the robots believed; NaN where nobody recorded it.
-    """
-
-    names: tuple[str, ...]
-    times: FloatArray
-    true: FloatArray
+    names: tuple[str, ...]  # names of the robots
+    times: FloatArray  # (T,) [s]
+    true: FloatArray  # (T, n, 3) x, y [m], yaw [rad] in map; NaN where a robot was not there
+    # (T, n, 3) likewise, what the robots believed; NaN where nobody recorded it
     estimated: FloatArray
 
     @classmethod

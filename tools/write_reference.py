@@ -31,7 +31,7 @@ from swarm_nav.core.config import NavConfig
 from swarm_nav.core.parameter_table import ParameterRow, parameter_table
 from swarm_nav.ros.settings import FIXED, FIXED_EFFECTS
 from swarm_view import cli as view_cli
-from swarm_workbench import gym
+from swarm_workbench import RunSpec, Scenario, gym
 
 INTERNAL = ("settle", "render")  # members that are not for users
 COMPLETION = ("install_completion", "show_completion")
@@ -264,6 +264,8 @@ def _function(function: Any, name: str) -> str:
 def _members(item: type) -> Iterator[str]:
     """Yield what is said of a class and of each public member that is its own."""
     yield f"{_docstring(item)}\n"
+    if item not in (RunSpec, Scenario):  # they are in docs/reference/cli.md and docs/bench.md
+        yield _fields(item)
     if item.__module__.partition(".")[0] != swarm_workbench.__name__:
         return  # it is known by its docstring; its fields are those of files and commands
     for name, member in vars(item).items():
@@ -275,6 +277,20 @@ def _members(item: type) -> Iterator[str]:
             yield f"\n- `{name}`: {_cell_free(inspect.getdoc(member) or '')}\n"
         elif inspect.isfunction(function) and member.__doc__:
             yield f"\n### {shown}\n\n{_function(function, shown)}"
+
+
+def _fields(item: type) -> str:
+    """Return the fields of a class of ours with the comments behind or above them."""
+    found, above = [], list[str]()
+    ours = [base for base in reversed(item.__mro__) if base.__module__.startswith("swarm_")]
+    for line in "".join(map(inspect.getsource, ours)).splitlines():
+        comment = re.match(r"    # (.*)", line)
+        field = re.match(r"    ([a-z]\w*): [^#]*(.*)", line)
+        text = " ".join(above) or (field[2].removeprefix("# ") if field else "")
+        if field and text:
+            found.append(f"- `{field[1]}`: {_cell_free(text[0].upper() + text[1:])}.\n")
+        above = [*above, comment[1]] if comment else []
+    return "\n**Attributes:**\n\n" + "".join(found) if found else ""
 
 
 def _signature(function: Any, name: str) -> str:

@@ -16,11 +16,11 @@ SCHEMA = 1
 class Merits(msgspec.Struct, frozen=True, kw_only=True):
     """Figures of a run, and of each of its robots; None is unknown. See `RunRecord`."""
 
-    hold_time: float
-    wait_time: float
-    min_clearance: float | None
-    near_misses: int | None = None
-    pushes: int | None = None
+    hold_time: float  # [s] of all robots
+    wait_time: float  # [s] of all robots
+    min_clearance: float | None  # [m] of any robot from anything
+    near_misses: int | None = None  # episodes nearer than 0.03 m to something without contact
+    pushes: int | None = None  # counter of the brains, likewise up to recoveries
     retreats: int | None = None
     deadlocks_resolved: int | None = None
     replans: int | None = None
@@ -99,100 +99,60 @@ class Breaches(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class RunRecord(Merits, frozen=True, kw_only=True):
-    """One run.
+    """One run."""
 
-    Attributes:
-        scenario: Name.
-        method: What drove the robots.
-        robots: Swarm size.
-        seed: Seed of the run.
-        engine: Physics.
-        conditions: What differs from the scenario, like loss or a parameter.
-        goals_sent: Goals asked for.
-        goals_reached: Reached in time.
-        goals_failed: Given up or not reached in time.
-        robot_robot: Contact episodes between robots; contacts of a pair within 0.5 s are one.
-        robot_world: Likewise with walls, obstacles and people.
-        first_collision: Where and when; empty if there was none.
-        first_miss: Who missed which goal and why; empty if nobody did.
-        near_misses: Episodes nearer than 0.03 m to something without contact.
-        min_clearance: [m] of any robot from anything.
-        min_held_gap: [m] smallest distance between two robots with the space that they hold.
-        min_held_slack: [m] the same less the two safety radii; waffles touch at -0.094 m. For other
-            methods it is the gap between two bodies.
-        least_held_slack: [m] that is proved for it; None where nothing is.
-        makespan: [s] until the last goal was reached; None if one was missed.
-        throughput_per_minute: Until the last goal was settled.
-        sim_time: [s] at the end.
-        hold_time: [s] of all robots.
-        wait_time: [s] of all robots.
-        wait_median: [s] that a robot waited and held in total, median over robots.
-        wait_worst: [s] likewise, of the robot that waited most.
-        goal_median: [s] that a goal took.
-        goal_worst: [s] that the slowest goal took.
-        fairness: Worst by median of these.
-        pushes: Counter of the brains, likewise up to recoveries.
-        wall_time: [s] of the run.
-        tick_us_median: [µs] of a brain's tick.
-        tick_us_p99: [µs] likewise.
-        cpu_ms_per_robot_second: CPU [ms] of world and brains per robot and simulated second.
-        pose_error: `median`, `p95`, `max` [m] of estimated against true positions, with sensors
-            that err.
-        trajectory_sha256: Hash of all true poses.
-        per_robot: By name.
-        wait_circles: Circles of robots that waited for each other for 5 s or more.
-        longest_wait_circle: [s] that the longest of them lasted.
-        zones: Entries into keepout zones and speeds above limits, with times [s] of all robots;
-            None in a world without zones.
-        ground_truth: Standing, deadlocks and use of stations in truth; None on the ROS graph.
-        steady: What was finished after the warm-up; None in a run without a duration.
-        origin: Code, inputs and machine; None in results of older files.
-        orders: Figures as in report.json; None for a mission without orders.
-        centre: What the method's centre cost: CPU [ms] and bytes per robot-second, and its longest
-            decision [ms]; None where each robot decides alone.
-        no_guarantee: Conditions of liveness that did not hold before the run.
-    """
-
-    scenario: str = ""
-    method: str = ""
-    robots: int
-    seed: int
-    engine: str = ""
-    conditions: Mapping[str, Any] = {}
-    goals_sent: int
-    goals_reached: int
-    goals_failed: int
-    robot_robot: int
-    robot_world: int
-    first_collision: str
-    first_miss: str
+    scenario: str = ""  # name
+    method: str = ""  # what drove the robots
+    robots: int  # swarm size
+    seed: int  # seed of the run
+    engine: str = ""  # physics
+    conditions: Mapping[str, Any] = {}  # what differs from the scenario, like loss or a parameter
+    goals_sent: int  # goals asked for
+    goals_reached: int  # reached in time
+    goals_failed: int  # given up or not reached in time
+    robot_robot: int  # contact episodes between robots; contacts of a pair within 0.5 s are one
+    robot_world: int  # likewise with walls, obstacles and people
+    first_collision: str  # where and when; empty if there was none
+    first_miss: str  # who missed which goal and why; empty if nobody did
+    # [m] smallest distance between two robots with the space that they hold
     min_held_gap: float | None = None
+    # [m] the same less the two safety radii; waffles touch at -0.094 m. For other methods it is the
+    # gap between two bodies
     min_held_slack: float | None = None
-    makespan: float | None
-    throughput_per_minute: float
-    sim_time: float
-    wait_median: float | None
-    wait_worst: float
-    goal_median: float | None
-    goal_worst: float | None
-    fairness: float | None
-    wall_time: float
-    tick_us_median: float | None = None
-    tick_us_p99: float | None = None
-    trajectory_sha256: str
-    per_robot: Mapping[str, RobotRecord]
+    makespan: float | None  # [s] until the last goal was reached; None if one was missed
+    throughput_per_minute: float  # until the last goal was settled
+    sim_time: float  # [s] at the end
+    wait_median: float | None  # [s] that a robot waited and held in total, median over robots
+    wait_worst: float  # [s] likewise, of the robot that waited most
+    goal_median: float | None  # [s] that a goal took
+    goal_worst: float | None  # [s] that the slowest goal took
+    fairness: float | None  # worst by median of these
+    wall_time: float  # [s] of the run
+    tick_us_median: float | None = None  # [µs] of a brain's tick
+    tick_us_p99: float | None = None  # [µs] likewise
+    trajectory_sha256: str  # hash of all true poses
+    per_robot: Mapping[str, RobotRecord]  # by name
+    # CPU [ms] of world and brains per robot and simulated second
     cpu_ms_per_robot_second: float | None = None
+    # `median`, `p95`, `max` [m] of estimated against true positions, with sensors that err
     pose_error: Mapping[str, float] | None = None
-    no_guarantee: str = ""
-    wait_circles: int | None = None
-    longest_wait_circle: float | None = None
+    no_guarantee: str = ""  # conditions of liveness that did not hold before the run
+    wait_circles: int | None = None  # circles of robots that waited for each other for 5 s or more
+    longest_wait_circle: float | None = None  # [s] that the longest of them lasted
+    # entries into keepout zones and speeds above limits, with times [s] of all robots; None in a
+    # world without zones
     zones: Mapping[str, Any] | None = None
+    # standing, deadlocks and use of stations in truth; None on the ROS graph
     ground_truth: GroundTruth | None = None
+    # what was finished after the warm-up; None in a run without a duration
     steady: Steady | None = None
-    origin: ResultOrigin | None = None
+    origin: ResultOrigin | None = None  # code, inputs and machine; None in results of older files
+    # figures as in report.json; None for a mission without orders
     orders: Mapping[str, Any] | None = None
+    # what the method's centre cost: CPU [ms] and bytes per robot-second, and its longest decision
+    # [ms]; None where each robot decides alone
     centre: Mapping[str, float] | None = None
-    least_held_slack: float | None = None
+    least_held_slack: float | None = None  # [m] that is proved for it; None where nothing is
     goals: Goals | None = None  # from here on in report.json only
     settled_time: float | None = None  # [s] at which the last goal was reached or given up
     waits: Mapping[str, Any] | None = None  # who waited for whom
