@@ -3,9 +3,8 @@
 What a module imports of its folder stands above it:
 
     teleop_command     The command `swarm-teleop`: drives a robot of a running swarm by hand
-    setup_command      The command `swarm-setup`: installs missing ROS 2 interface packages
     command_node       The node of a command that works with a running swarm; completions
-    doctor             Is this machine fit for a swarm of some size? If not, what to change
+    doctor             Is this machine fit for a swarm? If not, what to change; `swarm-setup`
     session            A session of `swarm-up`: from a checked plan to report and exit code
     child              The process that runs a swarm for a program, and ends with it
     thing_request      The request with which `swarm-commander spawn` adds an object to the world

@@ -1,6 +1,7 @@
 """Is this machine fit for a swarm of some size? What would be in the way, and what to change.
 
 `look` gathers the facts, `examine` judges them: a pure function of facts, size and domain.
+`swarm-setup` builds what an environment needs once.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ from swarm_common.model.errors import ConfigError, SwarmError
 from swarm_common.process.compiled_code import is_compiled
 from swarm_common.process.home import NAME, cache_base, can_be_written
 from swarm_run.domain import domain_id
-from swarm_setup.build import foreign_interfaces, stale_interfaces
+from swarm_setup.build import ensure_interfaces, foreign_interfaces, stale_interfaces
+from swarm_setup.compiled import ensure_compiled
 
 MOST_ROBOTS = 1000
 UNFIT = 1
@@ -320,3 +322,24 @@ def _table(findings: list[Finding], swarm_size: int) -> Table:
         level = Text(finding.level.value, style=STYLES[finding.level])
         table.add_row(level, finding.subject, finding.found, finding.advice)
     return table
+
+
+setup_app = typer.Typer(rich_markup_mode="rich")
+
+
+@setup_app.command(epilog="Example: swarm-setup")
+def setup() -> None:
+    """Install the ROS 2 interface packages that this environment lacks; compile the navigators.
+
+    The other commands install the packages, too. Navigators whose sources have changed run as
+    Python, slower and with the same results.
+    """
+    names = ensure_interfaces()
+    done = f"ROS 2 interfaces installed: {', '.join(names)}"
+    typer.echo(done if names else "ROS 2 interfaces are up to date", err=True)
+    try:
+        is_new = ensure_compiled()
+    except SwarmError as error:
+        typer.echo(f"warning: navigators run as Python, not compiled: {error}", err=True)
+        return
+    typer.echo("navigators compiled" if is_new else "compiled navigators are up to date", err=True)

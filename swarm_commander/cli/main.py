@@ -70,7 +70,7 @@ def load_app(name: str) -> typer.Typer:
         case "swarm-doctor":
             from swarm_commander.cli.doctor import doctor_app as app
         case _:
-            from swarm_commander.cli.setup_command import setup_app as app
+            from swarm_commander.cli.doctor import setup_app as app
     return app
 
 

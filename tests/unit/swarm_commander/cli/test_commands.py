@@ -13,7 +13,7 @@ import pytest
 import typer
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.cli import command_node, commander_command, setup_command
+from swarm_commander.cli import command_node, commander_command, doctor
 from swarm_common.files.resources import run_folders
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError, NoSwarmError
@@ -57,7 +57,7 @@ def test_every_command_says_its_version(monkeypatch, capsys, name):
 
 
 def test_the_help_of_swarm_setup_sets_nothing_up(monkeypatch, capsys):
-    monkeypatch.setattr(setup_command, "ensure_interfaces", pytest.fail)
+    monkeypatch.setattr(doctor, "ensure_interfaces", pytest.fail)
     assert call(monkeypatch, "swarm-setup", "--help") == 0
     assert "Usage: swarm-setup" in capsys.readouterr().out
 
