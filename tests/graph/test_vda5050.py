@@ -14,20 +14,19 @@ from pathlib import Path
 from typing import Any
 
 import paho.mqtt.client as mqtt
-import psutil
 import pytest
 from paho.mqtt.enums import CallbackAPIVersion
 from shapely import LineString, Point
 from vda5050.validation import SchemaValidator
 
 from tests.fakes.fleet_orders import action, edge, header, node, nurbs
+from tests.fakes.real_swarm import RealSwarm
 from tests.fakes.ros_domains import reserved_domain
 
 ROOT = Path(__file__).resolve().parents[2]
 WORLD = "hall_12"
 CORNER = ((4.5, -2.0), (0.0, -2.0))  # of the way round it
 LIMIT = 90.0  # [s] of wall time, on a busy machine
-COMMAND = "from swarm_commander.cli.main import {0}; {0}()"
 HAS_BROKER = shutil.which("mosquitto", path=os.environ["PATH"] + ":/usr/sbin") is not None
 
 
@@ -79,45 +78,24 @@ class Listener:
 
 @pytest.fixture(scope="module")
 def swarm(tmp_path_factory):
-    folder, port = tmp_path_factory.mktemp("vda5050"), free_port()
-    flags = ("--swarm-size", "5", "--world", WORLD, "--vda5050", f"embedded:{port}")
-    flags += (
-        "--drive",
-        "planar",
-        "--speed",
-        "max",
-        "--headless",
-        "--no-report",
-        "--run-dir",
-        str(folder / "run"),
-    )
-    log = folder / "up.log"
-    with reserved_domain() as domain, log.open("w", encoding="utf-8") as output:
-        environment = os.environ | {"PYTHONPATH": str(ROOT), "ROS_DOMAIN_ID": str(domain)}
-
-        def start(name, *words):
-            command = (sys.executable, "-c", COMMAND.format(name), *words)
-            return subprocess.Popen(
-                command, env=environment, cwd=folder, stdout=output, stderr=output
-            )
-
-        up = start("swarm_up", *flags)
+    port = free_port()
+    with reserved_domain() as domain:
+        up = RealSwarm(
+            tmp_path_factory.mktemp("vda5050"), domain, "--swarm-size", "5", "--world", WORLD,
+            "--vda5050", f"embedded:{port}", "--drive", "planar", "--speed", "max", "--headless",
+            "--no-report",
+        )  # fmt: skip
         try:
-            end = time.monotonic() + LIMIT
-            marks = ("all robots are active", "VDA 5050: 5 robots at")
-            while not all(mark in log.read_text(encoding="utf-8") for mark in marks):
-                assert time.monotonic() < end, log.read_text(encoding="utf-8")
-                assert up.poll() is None, log.read_text(encoding="utf-8")
-                time.sleep(0.2)
-            yield Listener(port), port, start, up
+            up.wait_until_active()
+            up.wait_until(lambda: "VDA 5050: 5 robots at" in up.output)
+            yield Listener(port), port, up
         finally:
-            up.send_signal(signal.SIGINT)
-            up.wait(timeout=LIMIT)
+            up.close()
 
 
 def kill_broker(up):
     (broker,) = (
-        child for child in psutil.Process(up.pid).children(recursive=True)
+        child for child in up.processes()
         if child.name() == "mosquitto"
     )  # fmt: skip
     broker.kill()
@@ -154,7 +132,7 @@ def round_the_corner(state):
 @pytest.mark.slow
 @pytest.mark.skipif(not HAS_BROKER, reason="mosquitto is not installed")
 def test_a_fleet_control_drives_the_swarm(swarm):
-    listener, port, start, up = swarm
+    listener, port, up = swarm
     sites = str(ROOT / "worlds" / WORLD / "sites.yaml")
     example = (sys.executable, str(ROOT / "examples" / "fleet_control.py"), sites, str(port))
     with subprocess.Popen(example, stdout=subprocess.DEVNULL) as control:
@@ -190,7 +168,7 @@ def test_a_fleet_control_drives_the_swarm(swarm):
     listener.send("Srobot1", "order", order_from(state, "far", 5.0, 5.0, work))
     listener.wait(lambda: listener.state("Srobot1")["driving"], "it drives")
     assert listener.state("Srobot1")["errors"] == []
-    assert start("commander", "restart", "Srobot1").wait(timeout=LIMIT) == 0
+    assert up.run("commander", "restart", "Srobot1").returncode == 0
     listener.wait(
         lambda: (
             listener.state("Srobot1")["lastNodeId"] == "n1"
@@ -219,8 +197,8 @@ def test_a_fleet_control_drives_the_swarm(swarm):
     listener.wait(lambda: len(listener.all("Srobot2", "connection")) > count, "the broker is back")
     listener.send("Srobot2", "order", order_from(listener.state("Srobot2"), "back", 0.0, 0.0))
     listener.wait(lambda: listener.state("Srobot2")["orderId"] == "back", "it takes an order")
-    up.send_signal(signal.SIGINT)
-    assert up.wait(timeout=LIMIT) == 0
+    up.popen.send_signal(signal.SIGINT)
+    assert up.wait_for_end() == 0
     connections = [m["connectionState"] for m in listener.all("Srobot1", "connection")]
     assert connections == ["ONLINE", "CONNECTIONBROKEN", "ONLINE", "ONLINE", "OFFLINE"]
     valid = SchemaValidator()
