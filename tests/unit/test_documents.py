@@ -182,7 +182,7 @@ def test_documents_say_what_holds_now(document):
 
 
 @pytest.mark.parametrize("document", texts())
-def test_every_table_is_whole(document):
+def test_tables_are_whole_and_anchors_lead_somewhere(document):
     text = re.sub(r"```.*?```", "", document.read_text("utf-8"), flags=re.S)
     wrong = []
     for block in re.findall(r"(?:^\|.*\n)+", text + "\n", re.M):
@@ -191,6 +191,14 @@ def test_every_table_is_whole(document):
         if len(lines) < 2 or not re.fullmatch(r"\|[ :|-]+\|", lines[1]) or len(widths) > 1:
             wrong.append(lines[0])
     assert not wrong
+    links = re.findall(r"\]\((?!https?://)([^)#\s]*)#([^)\s]+)\)", document.read_text("utf-8"))
+    targets = [(document.parent / name if name else document, anchor) for name, anchor in links]
+    lost = [
+        f"{path.name}#{anchor}"
+        for path, anchor in targets
+        if path.suffix == ".md" and anchor not in anchors_of(path)
+    ]
+    assert not lost
 
 
 def anchors_of(document):
@@ -201,18 +209,6 @@ def anchors_of(document):
         plain = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", heading)
         found.add(re.sub(r"[\s-]+", "-", re.sub(r"[^\w\s-]", "", plain.lower())).strip("-"))
     return found
-
-
-@pytest.mark.parametrize("document", texts())
-def test_every_anchor_leads_somewhere(document):
-    links = re.findall(r"\]\((?!https?://)([^)#\s]*)#([^)\s]+)\)", document.read_text("utf-8"))
-    targets = [(document.parent / name if name else document, anchor) for name, anchor in links]
-    lost = [
-        f"{path.name}#{anchor}"
-        for path, anchor in targets
-        if path.suffix == ".md" and anchor not in anchors_of(path)
-    ]
-    assert not lost
 
 
 def test_the_documents_are_short():

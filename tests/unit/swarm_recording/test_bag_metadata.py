@@ -62,16 +62,12 @@ def test_metadata_is_understood_whole(tmp_path):
 
 
 @pytest.mark.parametrize("place", KEYS, ids=str)
-def test_a_renamed_key_is_told(tmp_path, place):
+def test_a_key_renamed_or_twice_is_told(tmp_path, place):
     tree = copy.deepcopy(TREE)
     holder = parent(tree, place)
     holder[f"{place[-1]}s"] = holder.pop(place[-1])
     _, words = read(tmp_path, yaml.safe_dump(tree))
     assert any(place[-1] in line for line in words)
-
-
-@pytest.mark.parametrize("place", KEYS, ids=str)
-def test_a_key_that_occurs_twice_is_told(tmp_path, place):
     tree = copy.deepcopy(TREE)
     holder = parent(tree, place)
     holder["TWIN"] = holder[place[-1]]

@@ -11,7 +11,7 @@ NAMES = ["a#b.stl", "a;b.stl", "a?b.stl", "a%20b.stl", "a b.stl", "~a.stl", "ä.
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_path_is_as_written_and_a_url_is_quoted(tmp_path, name):
+def test_paths_urls_and_meshes_may_have_any_name(tmp_path, name):
     path = tmp_path / name
     assert file_of(str(path)) == path
     assert file_of(name) == Path(name)
@@ -19,10 +19,6 @@ def test_a_path_is_as_written_and_a_url_is_quoted(tmp_path, name):
     assert file_of(path.as_uri().replace("file://", "file://localhost")) == path
     path.touch()
     assert file_of(f"file://{path}") == path  # that nobody quoted
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_meshes_of_packages_may_have_any_name(tmp_path, name):
     share = tmp_path / "acme_description"
     share.mkdir()
     (share / name).touch()

@@ -54,13 +54,9 @@ def test_every_state_is_in_the_table_and_can_be_left_and_reached():
 
 
 @pytest.mark.parametrize("state", State)
-def test_a_goal_can_end_and_a_robot_can_be_pushed_in_every_state(state):
+def test_goals_end_and_begin_and_robots_are_pushed_in_every_state(state):
     assert next_state(state, Event.FINISHED) in (State.IDLE, State.YIELDING)
     assert next_state(state, Event.PUSHED) is State.YIELDING
-
-
-@pytest.mark.parametrize("state", State)
-def test_goals_and_behaviours_are_taken_in_every_state(state):
     for event in (Event.GOAL, Event.BEHAVIOR):
         assert next_state(state, event) is not State.IDLE
 

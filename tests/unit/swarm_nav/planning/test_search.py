@@ -61,7 +61,7 @@ def test_astar_finds_the_cheapest_path(seed):
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_the_cost_to_go_is_exact_without_other_robots(seed):
+def test_the_cost_to_go_is_exact_and_the_heuristic_consistent(seed):
     maze = Maze(seed)
     table = maze.edges(with_others=False)
     cost = maze.cost_to_go().ravel()
@@ -70,10 +70,6 @@ def test_the_cost_to_go_is_exact_without_other_robots(seed):
             continue
         expected = oracle.distances(table, node).get(maze.goal, np.inf)
         assert cost[node] == pytest.approx(expected, rel=1e-5)
-
-
-@pytest.mark.parametrize("seed", range(10))
-def test_the_heuristic_is_admissible_and_consistent(seed):
     maze = Maze(seed)
     cost = maze.cost_to_go().ravel().astype(np.float64)
     is_open = maze.base.ravel() < kernels.WALL

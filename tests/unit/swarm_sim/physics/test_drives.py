@@ -84,16 +84,12 @@ def test_wheels_and_planar_drive_the_same_path(model):
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_only_omnidirectional_robots_go_sideways(engine):
+def test_only_omnidirectional_robots_go_sideways_into_walls(engine):
     for spec in (TWO, FOUR):
         world = make_world(engine, spec)
         drive(world, 1.0, Twist(0.0, 0.4, 0.0))
         assert world.ground_truth()[0][0].distance(Pose(0.0, 0.0, 0.0)) < 1e-3
         world.close()
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_sideways_into_a_wall_is_one_collision(engine):
     world = World(
         load_world("hall_12"),
         [MECANUM],
