@@ -105,6 +105,16 @@ def test_renamed_files_are_found(tmp_path):
     assert "new_0.mcap" in words
 
 
+def test_paths_with_the_name_of_the_folder_are_found(tmp_path):
+    """Old versions of rosbag2 wrote them, and the folder may have another name now."""
+    folder = split_bag(tmp_path / "bag", PARTS[:2])
+    names = ["old_name/part_0.mcap", "/home/somebody/old_name/part_1.mcap"]
+    content = metadata(names, ALL[:20]) | {"version": 2}
+    del content["files"]
+    write_metadata(folder, content)
+    assert read(folder) == (ALL[:20], [])
+
+
 def test_a_file_that_is_not_listed_is_told(tmp_path):
     folder = split_bag(tmp_path / "bag", PARTS)
     shutil.copy(folder / "part_3.mcap", folder / "copy of part_3.mcap")

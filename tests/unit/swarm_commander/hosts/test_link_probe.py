@@ -119,6 +119,19 @@ def test_where_most_is_lost_the_size_is_not_blamed():
     assert asker.finding(now + 2.0)[0] == "mtu"
 
 
+def test_a_late_large_packet_is_no_missing_one():
+    """What was asked within the last seconds may still be answered."""
+    asker, now = Asker(SECRET, "abc"), 0.0
+    for _ in range(5):
+        for size, question in zip(SIZES, asker.questions(now), strict=True):
+            answer = Answerer(SECRET).answer(question, "10.0.0.2")
+            if answer is not None and size == SMALL:
+                asker.take(answer, now + 0.004)
+        now += 1.0
+    assert asker.finding(now) == ("", "")
+    assert asker.finding(now + 2.0)[0] == "mtu"
+
+
 def test_nobody_is_answered_without_the_secret_nor_at_greater_length():
     question = Asker(SECRET, "abc").questions(0.0)[0]
     answer = Answerer(SECRET).answer(question, "10.0.0.2")
