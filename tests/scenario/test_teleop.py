@@ -61,7 +61,7 @@ def test_a_robot_driven_by_hand_touches_nothing_and_does_its_mission_afterwards(
         "--until-done", "--speed", "1.5", "--headless", "--no-report",
     )  # fmt: skip
     with eyes(int(swarm.environment["ROS_DOMAIN_ID"])) as seen:
-        swarm.wait_until_active()
+        swarm.wait_until(lambda: "active 2/2" in swarm.output)
         swarm.wait_until(lambda: seen.watch(0.2) or len(seen.poses) == 2)
         hand = subprocess.Popen(
             (*command("teleop"), "Srobot1", "--speed", "1.0"),
