@@ -8,6 +8,7 @@ from typing import Any
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import run
 from swarm_bench.runs.scenario import Scenario, load_scenario
+from swarm_commander.cli import session
 from swarm_common.model.records import RobotSpec
 from swarm_describe.robots import loading
 from swarm_run.record.run_record import RunRecord as RunResult
@@ -63,6 +64,4 @@ def start(options: RunSpec) -> int:
     Raises:
         SwarmError: If a file or a value is unusable, or the ROS domain is in use.
     """
-    from swarm_commander.cli.session import start as run_swarm
-
-    return run_swarm(options)
+    return session.start(options)
