@@ -341,14 +341,10 @@ def _merit(run: RunData, key: str) -> float | None:
 
 DRAWINGS: dict[str, Drawing[Sequence[RunData]]] = {
     "goals": Drawing(
-        _goals,
-        _goals_table,
-        "Goals reached over simulated time, as a share of the mission",
+        _goals, _goals_table, "Goals reached over simulated time, as a share of the mission"
     ),
     "clearance": Drawing(
-        _clearance,
-        _clearance_table,
-        "Share of robot-seconds nearer than a distance to anything",
+        _clearance, _clearance_table, "Share of robot-seconds nearer than a distance to anything"
     ),
     "merits": Drawing(
         _merits,

@@ -21,13 +21,7 @@ LINE_STYLES = ("-", "--", "-.", ":")
 # By the state that a robot shows; in the order of the legend.
 STATES = {state: css(color) for state, color in palette.STATES.items()}
 LABELS = {"pausing": "pausing (service)", "idle": "idle (no goal)"}
-GROUPS = {
-    "world": BLUE,
-    "navigators": ORANGE,
-    "operator": GREEN,
-    "recorder": PINK,
-    "viewer": SKY,
-}
+GROUPS = {"world": BLUE, "navigators": ORANGE, "operator": GREEN, "recorder": PINK, "viewer": SKY}
 SETTINGS = {
     "font.size": 9.0,
     "axes.spines.top": False,

@@ -396,9 +396,7 @@ class _View:
         self.is_ending = self._is_closed = False
         self._context = Context()
         rclpy.init(
-            context=self._context,
-            domain_id=domain,
-            signal_handler_options=SignalHandlerOptions.NO,
+            context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO
         )
         self._node = node = rclpy.create_node(
             "workbench", context=self._context, enable_rosout=False, start_parameter_services=False

@@ -47,13 +47,7 @@ from swarm_run.spec import NO_LANES
 from swarm_sim.maps.draw_map import Reach, reach_of
 from swarm_sim.maps.world_check import checked
 from swarm_sim.sensing.radio import RadioConfig
-from swarm_sim.world.setup import (
-    WorldSetup,
-    check_model_names,
-    map_file_of,
-    map_of,
-    starts_of,
-)
+from swarm_sim.world.setup import WorldSetup, check_model_names, map_file_of, map_of, starts_of
 from swarm_sim.world.world import World, WorldConfig
 
 

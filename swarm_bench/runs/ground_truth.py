@@ -158,8 +158,7 @@ class GroundTruthWatch:
             deadlocks=len(lasting) + len(alone),
             stations={
                 name: StationShare(
-                    occupied=seconds / measured,
-                    approached=self._approached[name] / measured,
+                    occupied=seconds / measured, approached=self._approached[name] / measured
                 )
                 for name, seconds in self._occupied.items()
                 if name in self._goals

@@ -20,13 +20,7 @@ from swarm_sim.maps.passages import check_ways
 from swarm_sim.maps.world_check import checked
 from swarm_sim.ros.settings import RobotEntry, Settings
 from swarm_sim.world.changing_world import ChangingWorld
-from swarm_sim.world.setup import (
-    WorldSetup,
-    check_model_names,
-    map_file_of,
-    map_of,
-    starts_of,
-)
+from swarm_sim.world.setup import WorldSetup, check_model_names, map_file_of, map_of, starts_of
 
 PICTURE = "map_difference.png"
 BROKEN = "broken"  # word for a robot that never does or says anything
