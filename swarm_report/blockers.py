@@ -15,7 +15,6 @@ from swarm_report.tables import Table, percent
 
 MOST = 40  # arrows, the longest stops
 WIDEST = 6.0  # [pt] of an arrow
-OUTSIDE = 1.13  # radius of the names; robots are at 1
 
 
 def chart(run: RunData) -> Chart | None:

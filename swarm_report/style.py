@@ -17,7 +17,6 @@ from swarm_common.model.palette import css
 BLUE, ORANGE, GREEN, VERMILLION, SKY, PINK, YELLOW, BLACK = map(css, palette.HUES)
 GREY = "#B8B8B8"
 CYCLE = (BLUE, ORANGE, GREEN, VERMILLION, SKY, PINK, YELLOW, BLACK)
-LINE_STYLES = ("-", "--", "-.", ":")
 # By the state that a robot shows; in the order of the legend.
 STATES = {state: css(color) for state, color in palette.STATES.items()}
 LABELS = {"pausing": "pausing (service)", "idle": "idle (no goal)"}
