@@ -110,7 +110,7 @@ def refusal_of_empty(refusal, folder):
         (["--shard", "1/2", "--budget", "1h"], ["--shard needs a fixed list"]),
         (["--sweep", "loss"], ["--sweep is 'loss'", "NAME=VALUE,VALUE"]),
         (["--sweep", "loss=0,0"], ["different values"]),
-        (["--sweep", "controller.max_vel=1"], ["unknown parameter 'max_vel' in --sweep"]),
+        (["--sweep", "controller.max_vel=1"], ["unknown axis 'max_vel' in --sweep"]),
         (["-o", "sweep.pdf"], ["sweep.pdf", ".html"]),
         (["-o", "none/sweep.html"], ["no folder none"]),
     ],
