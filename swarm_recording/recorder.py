@@ -171,7 +171,7 @@ def record(config: dict[str, Any], events: EventWriter) -> dict[str, int]:
     """Record until SIGTERM.
 
     Args:
-        config: As `process_table` writes it; `awaited` are the robots to hear before time begins,
+        config: Written by `process_table`; `awaited` are the robots to hear before time begins,
             None if it has begun.
         events: Told of the beginning and the end.
 

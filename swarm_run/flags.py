@@ -27,7 +27,7 @@ def _list(wanted: bool) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Actions:
-    """What `swarm-up` does in place of a run, or with several."""
+    """Work of `swarm-up` in place of a run, or with several."""
 
     list_: Annotated[
         bool,

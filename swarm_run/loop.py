@@ -79,7 +79,7 @@ class Loop:
         faults: InjectedFaults | None = None,
         times_all: bool = False,
     ) -> None:
-        """Take a world at tick 0.
+        """Begin with a world at tick 0.
 
         Args:
             dead: Indices of the robots that are dead from the start.

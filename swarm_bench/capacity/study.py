@@ -73,7 +73,7 @@ class Study:
 
     @property
     def cut(self) -> str:
-        """What is missing of the sweep, in words; empty if it was not cut."""
+        """Words for the missing part of a sweep that was cut; empty if none is missing."""
         ended = len(self.failed) + sum(map(len, self.results))
         planned = len(self._asked) + self._left
         if ended < planned:

@@ -1,4 +1,4 @@
-"""What a run tells of the time that robots lose, and lanes that cost it.
+"""Time that robots lose in a run, and lanes that cost it.
 
 A guidance graph prices the edges of a map, so that robots which plan alone spread (Zhang et al.,
 "Guidance Graph Optimization for Lifelong Multi-Agent Path Finding", 2024). Here the price of a
@@ -25,7 +25,7 @@ LEAST_DRIVEN = 0.02  # [m] a robot-hour and cell of way below which nothing is k
 
 @dataclass(frozen=True, slots=True)
 class Traffic:
-    """What one run tells; arrays are of the map's cells.
+    """Traffic of one run; arrays are of the map's cells.
 
     Attributes:
         throughput: [1/h] of finished orders or goals.

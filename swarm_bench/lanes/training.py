@@ -44,13 +44,13 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True)
 class Gain:
-    """What lanes gain on held-out seeds.
+    """Gain of lanes on held-out seeds.
 
     Attributes:
         without: [1/h] without lanes, by seed.
         with_lanes: [1/h] with them.
         contacts: Contacts with them.
-        difference: Of the two.
+        difference: The second less the first.
     """
 
     without: dict[int, float]

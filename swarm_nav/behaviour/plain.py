@@ -46,11 +46,11 @@ from swarm_nav.traffic.robot_state import terrain_of
 
 
 class PlainBrain:
-    """What `tick` decides is left to those that inherit; commands that they do not know are lost.
+    """Base of brains that decide in `tick`; commands that they do not know are lost.
 
     Attributes:
         tick_now: Tick of the last decision.
-        twist: As odometry measures it.
+        twist: Twist that odometry measures.
         neighbors: Beacons of the other robots.
     """
 

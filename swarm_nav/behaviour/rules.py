@@ -278,7 +278,7 @@ MAKERS = (
     MakeWay, Leave, Behave, Arrive, WaitForTurn, Drive, CheckProgress,
 )  # fmt: skip
 RULES: Mapping[str, Callable[[Parts], TrafficRule]] = dict(zip(RULE_NAMES, MAKERS, strict=True))
-"""What makes each built-in rule, in the order in which they are asked."""
+"""Makers of the built-in rules, in the order in which they are asked."""
 
 
 def rules_of(parts: Parts, spec: RobotSpec, report: Report) -> list[TrafficRule]:

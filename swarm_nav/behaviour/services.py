@@ -23,7 +23,7 @@ from swarm_nav.traffic.speed_limits import SpeedLimits
 
 
 class NavigatorServices:
-    """What a navigator can be asked for between two ticks."""
+    """Requests that a navigator serves between two ticks."""
 
     def __init__(
         self,

@@ -302,7 +302,7 @@ class NavigatorNode:
             self._answers.send_withheld()
 
     def _obey(self) -> None:
-        """Take the limits that were told with the latest release, and wait for the next one."""
+        """Obey the limits that were told with the latest release, and wait for the next one."""
         assert self._brain is not None
         assert self._courier is not None
         release = self._courier.obey()

@@ -34,7 +34,7 @@ class Counters:
 
 
 class RobotView(Protocol):
-    """What `swarm_nav.traffic.robot_state.RobotState` says of its fields holds here.
+    """Read-only view of `swarm_nav.traffic.robot_state.RobotState`, which describes the fields.
 
     Only `donations` and `counters` have writers among the rules, one for each field.
     """

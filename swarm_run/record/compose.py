@@ -13,7 +13,7 @@ from swarm_run.record.run_record import COUNTERS, Breaches, Goals, RobotRecord, 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotFacts:
-    """What a robot, and who sent it about, say of it at the end."""
+    """Last words of a robot, and of whoever sent it about."""
 
     reached: int  # goals
     failed: int  # goals given up, or that it was to reach and did not
@@ -45,7 +45,7 @@ def compose_record(
         verdict: What the world measured, as `Verdict.as_json` has it.
         missed: Goals that were given up.
         unfinished: Goals under way at the end, of a run that was to reach them.
-        waits: As `WaitGraph.as_json` has it.
+        waits: Result of `WaitGraph.as_json`.
         is_endless: Whether goals go on for as long as the run does, so that none is missed by its
             end.
         others: Further fields of the record.

@@ -91,7 +91,7 @@ class Goals(msgspec.Struct, frozen=True):
 
 
 class Breaches(msgspec.Struct, frozen=True, kw_only=True):
-    """What went wrong, one by one, in order of time."""
+    """Breaches of a run one by one, in order of time."""
 
     collisions: tuple[Collision, ...] = ()
     missed_goals: tuple[MissedGoal, ...] = ()

@@ -1,4 +1,4 @@
-"""What `colcon test` runs: the installed package is whole, and it is the one that is found."""
+"""Test of `colcon test`: the installed package is whole, and it is the one that is found."""
 
 from __future__ import annotations
 
