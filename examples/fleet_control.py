@@ -23,28 +23,20 @@ sent: dict[str, str] = {}  # latest order, by robot
 home: set[str] = set()  # robots that have nothing left to do
 
 
+def part(number: int, **more: object) -> dict:
+    return {"sequenceId": number, "released": True, "actions": [], **more}
+
+
 def node(name: str, number: int, place: dict[str, float], *actions: dict) -> dict:
-    return {
-        "nodeId": name,
-        "sequenceId": number,
-        "released": True,
-        "actions": list(actions),
-        "nodePosition": {**place, "mapId": PATH.parent.name},
-    }
+    position = {**place, "mapId": PATH.parent.name}
+    return part(number, nodeId=name, actions=list(actions), nodePosition=position)
 
 
 def order(state: dict, station: str) -> dict:
     sent[state["serialNumber"]] = name = f"{state['serialNumber']}-{station}-{state['headerId']}"
     here = {axis: state["agvPosition"][axis] for axis in "xy"}
     there = dict(zip(("x", "y", "theta"), STATIONS[station], strict=True))
-    edge = {
-        "edgeId": f"to-{station}",
-        "sequenceId": 1,
-        "released": True,
-        "actions": [],
-        "startNodeId": "here",
-        "endNodeId": station,
-    }
+    edge = part(1, edgeId=f"to-{station}", startNodeId="here", endNodeId=station)
     nodes = [node("here", 0, here), node(station, 2, there, WORK | {"actionId": f"{name}-work"})]
     header = {key: state[key] for key in list(state)[:5]}
     return {**header, "orderId": name, "orderUpdateId": 0, "nodes": nodes, "edges": [edge]}

@@ -55,7 +55,9 @@ class FleetFile(Schema):
     groups: Annotated[tuple[FleetGroup, ...], told("a list of model and count", min_length=1)]
     order: Literal["grouped", "mixed"] = "grouped"
     names: Names = None
-    external: tuple[str, ...] | None = None  # robots that nodes of their users drive
+    external: Annotated[
+        tuple[str, ...] | None, told("a list of robots' names")  # that nodes of their users drive
+    ] = None
 
 
 @dataclass(frozen=True, slots=True)

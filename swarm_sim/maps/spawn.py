@@ -181,9 +181,13 @@ def _default_area(section: Section, count: int) -> SpawnArea:
     """Return an area for worlds without one: around the origin, inside the obstacles' bounds."""
     side = 1.5 * np.ceil(np.sqrt(count)) + 3.0
     x_min, y_min, x_max, y_max = section.bounds()
+    square = SpawnArea(-side, -side, side, side, 1.5)
     if x_max - x_min < 1.0 or y_max - y_min < 1.0 or not (x_min < 0.0 < x_max):
-        return SpawnArea(-side, -side, side, side, 1.5)
-    return SpawnArea(max(-side, x_min), max(-side, y_min), min(side, x_max), min(side, y_max), 1.5)
+        return square
+    y_min, y_max = max(-side, y_min), min(side, y_max)
+    if y_max < y_min:  # all obstacles lie beyond it
+        return square
+    return SpawnArea(max(-side, x_min), y_min, min(side, x_max), y_max, 1.5)
 
 
 def _places(

@@ -11,7 +11,7 @@ A few always; 20,000 with `FUZZ_EXAMPLES=20000 pytest tests/fuzz/test_hostile_wo
 
 import numpy as np
 import trimesh
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from swarm_common.model.errors import SwarmError
@@ -156,6 +156,10 @@ def check(scene):
 
 
 @FUZZ
+@example(  # all obstacles lie beside the default starts
+    seed=579,
+    kinds=[("box", "none", "stl"), ("sheet", "none", "stl"), ("sheet", "some turned", "stl")],
+)
 @given(
     seed=st.integers(0, 2**31),
     kinds=st.lists(

@@ -39,4 +39,6 @@ def test_a_short_fast_run_is_recorded_from_its_first_tick(tmp_path):
                 assert stamps[0] == 0, topic
 
                 ticks = round(SECONDS / CONTROL_PERIOD) + 1
-                assert len(stamps) + bag.lost.get(topic, 0) == ticks, topic  # on a busy machine
+                # on a busy machine messages are lost, and the last tick is not answered any more
+                unanswered = name == "cmd_vel" and stamps[-1] < round(SECONDS * 1e9)
+                assert len(stamps) + bag.lost.get(topic, 0) + unanswered == ticks, topic
