@@ -140,7 +140,9 @@ def test_a_command_does_its_work(shell, command):
 
 
 def test_commands_work_with_a_swarm(shell):
-    with shell.running("all robots are active", "swarm-up", "--swarm-size", "2", *HALL):
+    with shell.running(
+        "all robots are active", "swarm-up", "--swarm-size", "2", "--speed", "5", *HALL
+    ):
         assert "/Srobot2/status" in shell.run("ros2", "topic", "list")
         shell.run("swarm-commander", "Srobot1", "--goal", "-3.5", "3.5", "0.0")
         with shell.running("Srobot2 is yours", "swarm-teleop", "Srobot2"):
