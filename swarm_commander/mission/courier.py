@@ -94,6 +94,7 @@ class OrderRobot:
         self._known = 0  # outcomes that were told
         self._is_told = False  # whether the current goal was told
         self._report: TickReport | None = None  # the newest
+        self._released = -1  # tick that it may answer
         self._goals: list[bytes] = []  # sent in the present tick
         self.link = StepLink(node, client.name, rejections) if is_in_step else None
 
@@ -128,16 +129,24 @@ class OrderRobot:
         Args:
             begun: Tick that the world has begun for certain; it does without robots that are late.
         """
-        if self.link is None or not self.is_awaited or self.tick >= tick:
+        if self.link is None or self.tick >= tick:
             return False
-        self.is_awaited = begun <= tick
+        has_joined = self.tick == tick - 1  # one that was down, and is started again
+        self.is_awaited = (self.is_awaited or has_joined) and begun <= tick
         return self.is_awaited
 
     def release(self, tick: int) -> None:
         """Let it answer a tick, once the goals of this tick have reached it."""
         if self.link is not None:
             self.link.release(TickRelease(tick, self._goals))
+            self._released = tick
         self._goals = []
+
+    def let_pass(self, tick: int) -> None:
+        """Release a tick that is over without the robot: it would be late for each one after."""
+        if self.link is not None and self._released < self.tick < tick:
+            self.link.release(TickRelease(self.tick, []))
+            self._released = self.tick
 
     def on_status(self, status: RobotStatus) -> int:
         """Record that the robot lives; return the tick of the status."""
@@ -201,8 +210,8 @@ class OrderRobot:
 
     @property
     def has_dropped_goal(self) -> bool:
-        """Whether a goal that was told is replaced before its end."""
-        return self._is_told and self._task is not None
+        """Whether a goal that was told was neither reached nor missed when it is replaced."""
+        return self._is_told
 
     # Senses
 
@@ -315,6 +324,7 @@ class CourierProcess:
         channel.poll()
         for robot in self._robots.values():
             robot.poll()
+            robot.let_pass(channel.tick)
             channel.barrier.see(robot.tick)
         if not self._has_begun and not self._begin():
             return
