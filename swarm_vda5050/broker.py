@@ -18,7 +18,8 @@ CONFIG = """listener {port} 127.0.0.1
 allow_anonymous true
 persistence false
 message_size_limit 1100000
-"""
+user root
+"""  # as root it would go over to another user, and Linux then lets it outlive us, see prctl(2)
 CONFIG_OF_AMQTT = """listeners:
   default: {{type: tcp, bind: "127.0.0.1:{port}"}}
 plugins:

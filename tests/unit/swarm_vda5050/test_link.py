@@ -2,8 +2,10 @@
 
 import os
 import shutil
+import signal
 import socket
 import subprocess
+import sys
 import time
 
 import paho.mqtt.client as mqtt
@@ -129,3 +131,18 @@ def test_users_are_known_by_password_and_brokers_by_certificate(tmp_path, monkey
                 link.close("out", b"bye")
         finally:
             process.terminate()
+
+
+def test_the_broker_ends_with_whoever_started_it(tmp_path):
+    """As root it went over to another user, and lived on when its starter was killed."""
+    port = free_port()
+    code = "import os, pathlib, sys; from swarm_vda5050.broker import Broker; "
+    code += "Broker(int(sys.argv[1]), pathlib.Path(sys.argv[2])); os.kill(os.getpid(), 9)"
+    ended = subprocess.run((sys.executable, "-c", code, str(port), str(tmp_path)), check=False)
+    assert ended.returncode == -signal.SIGKILL
+
+    def is_gone():
+        with socket.socket() as probe:
+            return probe.connect_ex(("127.0.0.1", port)) != 0
+
+    wait(is_gone)
