@@ -144,9 +144,8 @@ class OrderRobot:
 
     def let_pass(self, tick: int) -> None:
         """Release a tick that is over without the robot: it would be late for each one after."""
-        if self.link is not None and self._released < self.tick < tick:
-            self.link.release(TickRelease(self.tick, []))
-            self._released = self.tick
+        if self._released < self.tick < tick:
+            self.release(self.tick)
 
     def on_status(self, status: RobotStatus) -> int:
         """Record that the robot lives; return the tick of the status."""
@@ -210,8 +209,8 @@ class OrderRobot:
 
     @property
     def has_dropped_goal(self) -> bool:
-        """Whether a goal that was told was neither reached nor missed when it is replaced."""
-        return self._is_told
+        """Whether a goal that was told is replaced before its end."""
+        return self._is_told and self._task is not None
 
     # Senses
 
