@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
 from pathlib import Path
 
 from swarm_common.files.map_io import map_of_world
@@ -28,9 +27,10 @@ def lanes_remarks(zones: Zones, world: Path, mission: Mission | None) -> list[st
     Args:
         mission: None where robots get their goals from somebody else.
     """
-    learned: Mapping[str, str] = {} if zones.lanes is None else zones.lanes.learned
-    remarks = []
-    if learned.get(WORLD, own := _digest_of(world)) != own:
+    if zones.lanes is None:
+        return []
+    learned, remarks = zones.lanes.learned, []
+    if WORLD in learned and learned[WORLD] != _digest_of(world):
         remarks.append(
             "the world has changed since its lanes were learned; swarm-bench lanes makes new ones"
         )

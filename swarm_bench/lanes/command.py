@@ -14,7 +14,7 @@ from swarm_bench.execution.executor import executor
 from swarm_bench.lanes.training import Candidate, Gain, Training
 from swarm_bench.runs.episode import RunOptions, parse_parameters
 from swarm_bench.runs.scenario import Scenario
-from swarm_bench.suite.command import Cluster, Jobs, Settings, bench_app, keeping
+from swarm_bench.suite.command import Jobs, Settings, bench_app, keeping
 from swarm_bench.suite.selection import check_jobs, parse_seeds
 from swarm_bench.tables import BenchTable
 from swarm_common.files.map_io import save_mask
@@ -41,11 +41,10 @@ def lanes(
         str, typer.Option(help="Seeds on which the lanes are compared with none.")
     ] = "100-119",
     rounds: Annotated[int, typer.Option(help="Rounds of learning.", min=1)] = 2,
-    duration: Annotated[float, typer.Option(help="Simulated time of a run [s].")] = 720.0,
+    duration: Annotated[float, typer.Option(help="Simulated time of a run [s].", min=1.0)] = 720.0,
     warm_up: Annotated[float, typer.Option(help="Time that does not count [s].")] = 120.0,
     set_: Settings = None,
     jobs: Jobs = 1,
-    cluster: Cluster = None,
     output: Annotated[
         Path | None,
         keeping("-o", "--output", help="Mask to write.", show_default=f"{LANES_FILE} here"),
@@ -61,6 +60,10 @@ def lanes(
     """
     console = Console(highlight=False)
     training_seeds, others = parse_seeds(seeds) or (), parse_seeds(held_out) or ()
+    if not training_seeds:
+        raise ConfigError("--seeds names none; expected seeds to learn from, like 0-3")
+    if not mission:
+        raise ConfigError("--mission names none; robots that stand lose no time")
     if both := sorted(set(training_seeds) & set(others)):
         raise ConfigError(f"--held-out: seed {both[0]} is one of --seeds; expected others")
     if len(others) < 2:
@@ -72,6 +75,8 @@ def lanes(
     )  # fmt: skip
     options = RunOptions(scenario=scenario, robots=robots, parameters=parse_parameters(set_ or []))
     path = output or Path(LANES_FILE)
+    if path.suffix not in (".yaml", ".yml"):
+        raise ConfigError(f"--output is {path}; expected a map file of Nav2, like {LANES_FILE}")
     if not path.absolute().parent.is_dir():
         raise ConfigError(f"--output: there is no folder {path.absolute().parent}")
 
@@ -80,7 +85,7 @@ def lanes(
         what = "without lanes" if number == 1 else f"round {number - 1}"
         console.print(f"{what}: {tried.mean:.0f}/h on {len(tried.throughput)} seeds")
 
-    with executor(jobs, cluster) as chosen, tempfile.TemporaryDirectory() as folder:
+    with executor(jobs) as chosen, tempfile.TemporaryDirectory() as folder:
         training = Training(options, chosen, Path(folder))
         found = training.train(training_seeds, rounds, tell)
         if not found.cells.any():

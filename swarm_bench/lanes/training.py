@@ -152,13 +152,13 @@ class Training:
 
     def compare(self, lanes: Path, seeds: Sequence[int]) -> Gain:
         """Return what lanes gain on seeds that they were not made on."""
-        known = {name: self._run(name, seeds) for name in dict.fromkeys((NO_LANES, str(lanes)))}
-        figures = [
-            {seed: run.throughput for seed, run in zip(seeds, runs, strict=True)}
-            for runs in known.values()
-        ]
-        contacts = sum(run.contacts for run in known[str(lanes)])
-        return Gain(figures[0], figures[1], contacts, paired(figures[1], figures[0]))
+        without, runs = self._run(NO_LANES, seeds), self._run(str(lanes), seeds)
+        first, second = (
+            {seed: run.throughput for seed, run in zip(seeds, each, strict=True)}
+            for each in (without, runs)
+        )
+        contacts = sum(run.contacts for run in runs)
+        return Gain(first, second, contacts, paired(second, first))
 
     def _write(self, costs: FloatArray, number: int) -> str:
         if not costs.any():

@@ -93,8 +93,7 @@ def save_map(grid: Grid, path: str | Path) -> None:
     grey = np.full(grid.cells.shape, GREY_FREE, np.uint8)
     grey[grid.cells == OCCUPIED] = GREY_OCCUPIED
     grey[grid.cells == UNKNOWN] = GREY_UNKNOWN
-    head = f"P5\n{grid.width} {grid.height}\n255\n".encode()
-    path.with_suffix(".pgm").write_bytes(head + grey[::-1].tobytes())
+    _write_image(path, grey)
     path.write_text(
         f"image: {path.stem}.pgm\nmode: trinary\nresolution: {grid.resolution:g}\n"
         f"origin: [{grid.origin_x:.12g}, {grid.origin_y:.12g}, {float(grid.origin_yaw)!r}]\n"
@@ -110,15 +109,20 @@ def save_mask(mask: Grid, path: Path, **more: Any) -> None:
         mask: Cells from 0 to 100.
         more: Further keys of the file.
     """
-    head = f"P5\n{mask.width} {mask.height}\n255\n".encode()
-    pixels = mask.cells[::-1].astype(np.uint8)
-    path.with_suffix(".pgm").write_bytes(head + pixels.tobytes())
+    _write_image(path, mask.cells.astype(np.uint8))
     keys = {
         "image": f"{path.stem}.pgm", "mode": "raw", "resolution": mask.resolution,
         "origin": [mask.origin_x, mask.origin_y, 0.0], "negate": 0, "occupied_thresh": 0.65,
         "free_thresh": 0.196, "type": 0, "base": 0.0, "multiplier": 1.0,
     }  # fmt: skip
     path.write_text(yaml.safe_dump(keys | more, sort_keys=False), encoding="utf-8")
+
+
+def _write_image(path: Path, pixels: NDArray[np.uint8]) -> None:
+    """Write a PGM beside a map file; row 0 is the lowest y."""
+    height, width = pixels.shape
+    head = f"P5\n{width} {height}\n255\n".encode()
+    path.with_suffix(".pgm").write_bytes(head + pixels[::-1].tobytes())
 
 
 def _check_keys(data: dict[str, Any], path: Path) -> None:

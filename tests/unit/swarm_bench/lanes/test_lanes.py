@@ -137,3 +137,27 @@ def test_the_command_compares_on_seeds_that_it_did_not_learn_from(tmp_path, capf
         assert " 7 " in out
     assert swarm_bench(*arguments, "--held-out", "0,1") == 2
     assert "seed 0 is one of --seeds" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("flags", "words"),
+    [
+        (("--mission", ""), "--mission names none"),
+        (("--seeds", ""), "--seeds"),
+        (("--duration", "0", "--warm-up", "0"), "--duration"),
+        (("--duration", "1e308"), "duration is 1e+308"),
+        (("-o", "lanes.pgm"), "expected a map file of Nav2"),
+        (("--world", "hal_12"), "did you mean 'hall_12'"),
+    ],
+)
+def test_what_could_not_be_learned_is_refused_before_the_first_run(
+    flags, words, monkeypatch, capfd, tmp_path
+):
+    monkeypatch.chdir(tmp_path)
+    usual = "swarm-bench lanes --world hall_12 --mission one_station --robots 2".split()
+    monkeypatch.setattr("sys.argv", [*usual, *flags])
+    with pytest.raises(SystemExit) as caught:
+        cli.main()
+    assert caught.value.code == 2
+    assert words in capfd.readouterr().err
+    assert list(tmp_path.iterdir()) == []
