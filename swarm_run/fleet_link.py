@@ -16,7 +16,8 @@ from swarm_common.model.errors import ConfigError, UnknownNameError
 
 EMBEDDED = "embedded"  # a broker of our own, on loopback
 PORT, SECURE_PORT = 1883, 8883
-VERSIONS = ("2.1", "3.0")
+VERSIONS = ("2.0", "2.1", "3.0")
+CHECKS = ("strict", "lenient")
 EXPECTED = "mqtt://HOST:PORT, mqtts://HOST:PORT or embedded"
 NOT_IN_TOPICS = "/+#\0"
 
@@ -27,17 +28,23 @@ class FleetLink:
 
     url: str
     manufacturer: str = "swarm"
-    version: str = VERSIONS[0]
+    version: str = "2.1"
+    interface: str = ""  # first level of topics; empty for the version's
+    check: str = ""  # one of CHECKS; empty for no verdict
     user: str = ""
     ca: Path | None = None  # certificates to trust, with mqtts; None for the system's
 
     def __post_init__(self) -> None:
         if self.version not in VERSIONS:
             raise UnknownNameError("VDA 5050 version", self.version, VERSIONS)
-        if not self.manufacturer or set(self.manufacturer) & set(NOT_IN_TOPICS):
-            raise ConfigError(
-                f"--manufacturer is '{self.manufacturer}'; expected a name without / + #"
-            )
+        if self.check and self.check not in CHECKS:
+            raise UnknownNameError("check", self.check, CHECKS, "--vda5050-check")
+        for flag, name in (
+            ("--manufacturer", self.manufacturer),
+            ("--vda5050-interface", self.interface or "uagv"),
+        ):
+            if not name or set(name) & set(NOT_IN_TOPICS):
+                raise ConfigError(f"{flag} is '{name}'; expected a name without / + #")
         if self.ca is not None and not self.ca.is_file():
             raise ConfigError(f"--vda5050-ca: there is no file {self.ca}")
         if self.ca is not None and not self._is_secure:
@@ -86,6 +93,8 @@ class FleetLink:
             "embedded": self.is_embedded,
             "manufacturer": self.manufacturer,
             "version": self.version,
+            "interface": self.interface,
+            "check": self.check,
             "broker": {
                 "host": host,
                 "port": port,
@@ -113,19 +122,16 @@ def find_mosquitto() -> str | None:
     return program
 
 
-def fleet_link(
-    url: str | None,
-    manufacturer: str | None,
-    version: str | None,
-    user: str | None,
-    ca: Path | None,
-) -> FleetLink | None:
+def fleet_link(url: str | None, manufacturer: str | None, **more: Any) -> FleetLink | None:
     """Return the link as typed; None without --vda5050.
+
+    Args:
+        more: Further fields of `FleetLink`; None for what is not given.
 
     Raises:
         ConfigError: If an option is given that needs --vda5050, or one is wrong.
     """
-    given = {"manufacturer": manufacturer, "version": version, "user": user, "ca": ca}
+    given = {"manufacturer": manufacturer, **more}
     typed = {name: value for name, value in given.items() if value is not None}
     if url is None:
         if typed:
@@ -133,7 +139,7 @@ def fleet_link(
             flag = "--manufacturer" if name == "manufacturer" else f"--vda5050-{name}"
             raise ConfigError(f"{flag} needs --vda5050, like --vda5050 mqtt://localhost:1883")
         return None
-    link = FleetLink(url=url, **typed)  # type: ignore[arg-type]
+    link = FleetLink(url=url, **typed)
     if link.is_embedded:
         check_free(link.config()["broker"]["port"])
     return link

@@ -234,7 +234,21 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
         str | None, _vda5050(help="Manufacturer in topics and headers.  [default: swarm]")
     ] = None
     vda5050_version: Annotated[
-        str | None, _vda5050(help="2.1 or 3.0.  [default: 2.1]", metavar="VERSION")
+        str | None, _vda5050(help="2.0, 2.1 or 3.0.  [default: 2.1]", metavar="VERSION")
+    ] = None
+    vda5050_interface: Annotated[
+        str | None,
+        _vda5050(
+            help="First level of topics.  [default: uagv, in 3.0 vda5050]", metavar="NAME"
+        ),
+    ] = None
+    vda5050_check: Annotated[
+        str | None,
+        _vda5050(
+            help="Judge the fleet control: strict (exit code 1 if it broke a rule) or lenient"
+            " (take what can be understood). The verdict is in vda5050.json.",
+            metavar="HOW",
+        ),
     ] = None
     vda5050_user: Annotated[
         str | None, _vda5050(help="User of the broker; the password is in SWARM_VDA5050_PASSWORD.")
@@ -336,9 +350,11 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
         return fleet_link(
             self.vda5050,
             self.manufacturer,
-            self.vda5050_version,
-            self.vda5050_user,
-            None if self.vda5050_ca is None else Path(self.vda5050_ca),
+            version=self.vda5050_version,
+            interface=self.vda5050_interface,
+            check=self.vda5050_check,
+            user=self.vda5050_user,
+            ca=None if self.vda5050_ca is None else Path(self.vda5050_ca),
         )
 
     @property

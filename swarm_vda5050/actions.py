@@ -53,13 +53,14 @@ _OF_BOTH: dict[str, ActionOffer] = {
     "factsheetRequest": ActionOffer(_INSTANT, "Publish the factsheet."),
     "cancelOrder": ActionOffer(_INSTANT, "Give up the order.", optional=_ORDER),
 }
-OFFERED = _OF_BOTH | {"initPosition": _INIT_POSITION}
-OF_3 = _OF_BOTH | {
+_OF_2 = _OF_BOTH | {"initPosition": _INIT_POSITION}
+_OF_3 = _OF_BOTH | {
     "initializePosition": _INIT_POSITION,
     "clearInstantActions": ActionOffer(_STANDING, "Forget the instant actions that ended."),
     "enableZoneSet": ActionOffer(_STANDING, "Use a zone set.", required=_ZONE_SET),
     "deleteZoneSet": ActionOffer(_INSTANT, "Forget a zone set.", required=_ZONE_SET),
 }
+OFFERED = {"2.0": _OF_2, "2.1": _OF_2, "3.0": _OF_3}  # by version
 INTERNAL = {"initializePosition": "initPosition"}  # names of 2.1
 PAUSABLE = ("pick", "drop", "wait")
 
@@ -87,11 +88,11 @@ def check_action(
         if key not in keys:
             return f"{action.action_type} lacks the parameter '{key}'"
     for parameter in action.action_parameters:
-        kind = float if known[parameter.key] == "FLOAT" else str
-        value = parameter.value
+        kind, value = known[parameter.key], parameter.value
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not (is_number and math.isfinite(value) if kind is float else isinstance(value, str)):
-            return f"{parameter.key} of {action.action_type} is {value!r:.80}"
+        if not (is_number and math.isfinite(value) if kind == "FLOAT" else isinstance(value, str)):
+            expected = "a number" if kind == "FLOAT" else "a text"
+            return f"{parameter.key} of {action.action_type} is {value!r:.80}; expected {expected}"
         if parameter.key == "duration" and not 0.0 <= value <= LONGEST:
             return f"duration of {action.action_type} is {value} s; expected 0 to {LONGEST:g}"
     return ""

@@ -17,7 +17,6 @@ START_LIMIT = 15.0  # [s] for it to answer
 CONFIG = """listener {port} 127.0.0.1
 allow_anonymous true
 persistence false
-message_size_limit 1100000
 user root
 """  # as root it would go over to another user, and Linux then lets it outlive us, see prctl(2)
 CONFIG_OF_AMQTT = """listeners:

@@ -9,33 +9,31 @@ from typing import Any
 from swarm_common.model.records import RobotSpec
 from swarm_vda5050.actions import PAUSABLE, ActionOffer
 from swarm_vda5050.dialect import LARGEST
-from swarm_vda5050.order_check import LONGEST_ID, MOST_ACTIONS, MOST_NODES
+from swarm_vda5050.order_check import MOST_ACTIONS, MOST_NODES
+from swarm_vda5050.standard import LONGEST_ID, wire_name
 from swarm_vda5050.zones import SUPPORTED
 
-NUMBER = "NUMBER"  # of 3.0, which has no FLOAT
-KINEMATICS_OF_3 = {"OMNI": "OMNIDIRECTIONAL", "DIFF": "DIFFERENTIAL"}
+OF_EDGES = ("maxSpeed", "trajectory", "corridor")  # optional fields that robots heed
 
 
-def factsheet(spec: RobotSpec, offered: Mapping[str, ActionOffer], major: int) -> dict[str, Any]:
-    """Return the content of a factsheet, with the names of 2.1.
+def factsheet(spec: RobotSpec, offered: Mapping[str, ActionOffer], version: str) -> dict[str, Any]:
+    """Return the content of a factsheet, with the names inside the package.
 
     Args:
         offered: Actions of the version, by actionType.
-        major: 2 or 3, whose values differ.
+        version: Like `2.1`.
     """
     xs, ys = ([point[axis] for point in spec.footprint] for axis in (0, 1))
-    kinematic = "OMNI" if spec.is_omni else "DIFF"
-    speed_limit = "order.edges.maxSpeed" if major == 2 else "order.edges.maximumSpeed"
-    supported = (speed_limit, "order.edges.trajectory", "order.edges.corridor")
+    supported = [wire_name(version, "edge", name) for name in OF_EDGES]
     return {
         "typeSpecification": {
             "seriesName": spec.model,
-            "agvKinematic": kinematic if major == 2 else KINEMATICS_OF_3[kinematic],
+            "agvKinematic": "OMNI" if spec.is_omni else "DIFF",
             "agvClass": "CARRIER",
             "maxLoadMass": 0.0,
             "localizationTypes": ["NATURAL"],
-            "navigationTypes": ["AUTONOMOUS" if major == 2 else "FREELY_NAVIGATING"],
-            **({} if major == 2 else {"supportedZones": list(SUPPORTED)}),
+            "navigationTypes": ["AUTONOMOUS"],
+            "supportedZones": list(SUPPORTED),
         },
         "physicalParameters": {
             "speedMin": 0.0,
@@ -64,9 +62,13 @@ def factsheet(spec: RobotSpec, offered: Mapping[str, ActionOffer], major: int) -
         "protocolFeatures": {
             "optionalParameters": [
                 {"parameter": "order.nodes.nodePosition", "support": "REQUIRED"},
-                *({"parameter": name, "support": "SUPPORTED"} for name in supported),
+                *(
+                    {"parameter": f"order.edges.{name}", "support": "SUPPORTED"}
+                    for name in supported
+                    if name
+                ),
             ],
-            "agvActions": [_action(name, offer, major) for name, offer in offered.items()],
+            "agvActions": [_action(name, offer) for name, offer in offered.items()],
         },
         "agvGeometry": {
             "envelopes2d": [
@@ -77,25 +79,17 @@ def factsheet(spec: RobotSpec, offered: Mapping[str, ActionOffer], major: int) -
     }
 
 
-def _action(name: str, offer: ActionOffer, major: int) -> dict[str, Any]:
-    parameters = [
-        {
-            "key": key,
-            "valueDataType": NUMBER if kind == "FLOAT" and major == 3 else kind,
-            "isOptional": key not in offer.required,
-        }
-        for key, kind in (offer.required | offer.optional).items()
-    ]
-    promises = (
-        {}
-        if major == 2
-        else {"pauseAllowed": str(name in PAUSABLE).lower(), "cancelAllowed": "true"}
-    )
-    return promises | {
+def _action(name: str, offer: ActionOffer) -> dict[str, Any]:
+    return {
         "actionType": name,
         "actionDescription": offer.about,
         "actionScopes": [scope.value for scope in offer.scopes],
-        "actionParameters": parameters,
+        "actionParameters": [
+            {"key": key, "valueDataType": kind, "isOptional": key not in offer.required}
+            for key, kind in (offer.required | offer.optional).items()
+        ],
+        "pauseAllowed": str(name in PAUSABLE).lower(),
+        "cancelAllowed": "true",
     }
 
 

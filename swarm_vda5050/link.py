@@ -48,6 +48,7 @@ class BrokerEvent(NamedTuple):
     kind: BrokerEventKind
     topic: str
     payload: bytes
+    is_retained: bool = False  # whether the broker kept it from before the subscription
 
 
 class Link:
@@ -136,7 +137,8 @@ class Link:
         self.inbox.put(BrokerEvent(BrokerEventKind.REFUSED, "", b"nobody answers"))
 
     def _on_message(self, _client: mqtt.Client, _data: Any, message: mqtt.MQTTMessage) -> None:
-        self.inbox.put(BrokerEvent(BrokerEventKind.MESSAGE, message.topic, bytes(message.payload)))
+        kind, payload = BrokerEventKind.MESSAGE, bytes(message.payload)
+        self.inbox.put(BrokerEvent(kind, message.topic, payload, bool(message.retain)))
 
 
 def _break(client: mqtt.Client) -> None:

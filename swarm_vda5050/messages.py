@@ -1,8 +1,8 @@
-"""The messages of VDA 5050 2.1, as they are inside this package; `dialect` has those of 3.0.
+"""The messages of VDA 5050 as they are inside this package; `standard` has them by version.
 
-Fields, units and meanings are the standard's: SI units, radians, the map's frame. What comes in is
-read strictly: an unknown field, a missing one or one of another type is an error that names it.
-What goes out leaves out optional fields without a value.
+Fields, units and meanings are the standard's: SI units, radians, the map's frame. Defaults hold
+for what a version lacks or a message may leave out. What goes out leaves out optional fields
+without a value.
 """
 
 from __future__ import annotations
@@ -73,9 +73,10 @@ class OrderAction(Incoming, frozen=True):
     """Something to do besides driving."""
 
     action_type: str
-    action_id: str
-    blocking_type: BlockingType
+    action_id: str = ""  # of zones: none
+    blocking_type: BlockingType = BlockingType.HARD
     action_description: str = ""
+    retriable: bool = False  # of 3.0
     action_parameters: tuple[Parameter, ...] = ()
 
     def parameter(self, key: str, default: Any = None) -> Any:
@@ -91,14 +92,28 @@ class Vertex(Incoming, frozen=True):
     y: float
 
 
+class Ellipse(Incoming, frozen=True):
+    """How far [m] a robot may be from a node along two axes; of 3.0."""
+
+    a: float
+    b: float
+    theta: float
+
+
 class NodePosition(Vertex, frozen=True):
     """Where a node is, and how exactly it is to be met."""
 
     map_id: str
     theta: float | None = None
-    allowed_deviation_xy: float = msgspec.field(default=0.0, name="allowedDeviationXY")
-    allowed_deviation_theta: float = 0.0
+    allowed_deviation_xy: float | Ellipse = msgspec.field(default=0.0, name="allowedDeviationXY")
+    allowed_deviation_theta: float | None = None
     map_description: str = ""
+
+    @property
+    def deviation(self) -> float:
+        """The allowed deviation [m]: the circle inside an ellipse; 0 if none is given."""
+        given = self.allowed_deviation_xy
+        return min(given.a, given.b) if isinstance(given, Ellipse) else given
 
 
 class OrderPart(Incoming, frozen=True):
@@ -126,13 +141,14 @@ class ControlPoint(Vertex, frozen=True):
     """A control point of a trajectory."""
 
     weight: float = 1.0
+    orientation: float | None = None  # of 2.0
 
 
 class Trajectory(Incoming, frozen=True):
-    """A NURBS on which the robot is to drive."""
+    """A NURBS on which the robot is to drive; one without knots is a polyline."""
 
     control_points: tuple[ControlPoint, ...]
-    knot_vector: tuple[float, ...] = ()
+    knot_vector: tuple[float, ...] | None = None
     degree: int = 1
 
 
@@ -142,16 +158,16 @@ class Corridor(Incoming, frozen=True):
     left_width: float
     right_width: float
     corridor_ref_point: str = "KINEMATICCENTER"
-    release_required: bool = False
-    release_loss_behavior: str = ""
+    release_required: bool = False  # of 3.0
+    release_loss_behavior: str = "STOP"  # of 3.0
 
 
 class Edge(OrderPart, frozen=True):
     """The way from one node to the next."""
 
     edge_id: str
-    start_node_id: str
-    end_node_id: str
+    start_node_id: str = ""  # empty in 3.0
+    end_node_id: str = ""
     edge_description: str = ""
     max_speed: float | None = None
     max_height: float | None = None
@@ -160,23 +176,29 @@ class Edge(OrderPart, frozen=True):
     orientation_type: str = "TANGENTIAL"
     direction: str = ""
     rotation_allowed: bool | None = None
+    reach_orientation_before_entering: bool = False  # of 3.0
     max_rotation_speed: float | None = None
     trajectory: Trajectory | None = None
     length: float | None = None
     corridor: Corridor | None = None
 
 
-class Header(Incoming, frozen=True):
+class Header(Incoming, frozen=True, kw_only=True):
     """Beginning of each message of the fleet control."""
 
-    header_id: int
-    timestamp: str
+    header_id: int = -1  # none was given
+    timestamp: str = ""
     version: str
     manufacturer: str
     serial_number: str
 
+    @property
+    def references(self) -> dict[str, str]:
+        """What an error about the message refers to."""
+        return {"headerId": str(self.header_id)}
 
-class DriveOrder(Header, frozen=True):
+
+class DriveOrder(Header, frozen=True, kw_only=True):
     """A way with its actions, or the continuation of one."""
 
     order_id: str
@@ -185,6 +207,12 @@ class DriveOrder(Header, frozen=True):
     edges: tuple[Edge, ...]
     zone_set_id: str = ""
     order_description: str = ""
+
+    @property
+    def references(self) -> dict[str, str]:
+        """What an error about the message refers to."""
+        ids = {"orderId": self.order_id, "orderUpdateId": str(self.order_update_id)}
+        return {"topic": "order", "headerId": str(self.header_id)} | ids
 
     @property
     def content(self) -> tuple[Any, ...]:
@@ -198,10 +226,15 @@ class DriveOrder(Header, frozen=True):
         return [action for part in parts for action in part.actions]
 
 
-class InstantActions(Header, frozen=True):
+class InstantActions(Header, frozen=True, kw_only=True):
     """Actions that are to be done at once."""
 
     actions: tuple[OrderAction, ...]
+
+    @property
+    def references(self) -> dict[str, str]:
+        """What an error about the message refers to."""
+        return {"topic": "instantActions", "headerId": str(self.header_id)}
 
 
 class FleetZone(Incoming, frozen=True):
@@ -214,15 +247,12 @@ class FleetZone(Incoming, frozen=True):
     max_speed: float | None = None  # of SPEED_LIMIT
     penalty_factor: float | None = None  # of PENALTY
     release_loss_behavior: str = "STOP"  # of RELEASE
-    # of the types that are not supported
-    priority_factor: Any = None
-    direction: Any = None
-    limitation: Any = None
-    directed_limitation: Any = None
-    bidirected_limitation: Any = None
-    entry_actions: Any = None
-    during_actions: Any = None
-    exit_actions: Any = None
+    priority_factor: float = 0.0  # of PRIORITY
+    direction: float = 0.0  # [rad] of DIRECTED and BIDIRECTED
+    limitation: str = "SOFT"  # likewise
+    entry_actions: tuple[OrderAction, ...] = ()  # of ACTION
+    during_actions: tuple[OrderAction, ...] = ()
+    exit_actions: tuple[OrderAction, ...] = ()
 
 
 class ZoneSet(Incoming, frozen=True):
@@ -234,7 +264,7 @@ class ZoneSet(Incoming, frozen=True):
     zone_set_descriptor: str = ""
 
 
-class ZoneSetMessage(Header, frozen=True):
+class ZoneSetMessage(Header, frozen=True, kw_only=True):
     """Carries a zone set."""
 
     zone_set: ZoneSet
@@ -257,7 +287,7 @@ class Response(Incoming, frozen=True):
     lease_expiry: Annotated[datetime, msgspec.Meta(tz=True)] | None = None
 
 
-class Responses(Header, frozen=True):
+class Responses(Header, frozen=True, kw_only=True):
     """Carries answers."""
 
     responses: tuple[Response, ...]

@@ -17,10 +17,8 @@ from swarm_vda5050.messages import DriveOrder, Edge, Node, OrderAction
 from swarm_vda5050.ways import FARTHEST, line_of, problem_of
 
 STOP_RADIUS = 0.35  # [m] around a node at which the robot stops: the goal checker's, and its play
-REFERENCE_POINTS = ("KINEMATICCENTER", "CONTOUR")
 MOST_NODES = 1000  # of one message
 MOST_ACTIONS = 100  # of one node or edge
-LONGEST_ID = 256  # characters
 
 
 def anywhere(x: float, y: float) -> str:
@@ -40,7 +38,7 @@ class DrivingArea:
 
 
 def check_order(
-    order: DriveOrder, ground: DrivingArea, offered: Mapping[str, ActionOffer] = OFFERED
+    order: DriveOrder, ground: DrivingArea, offered: Mapping[str, ActionOffer] = OFFERED["2.1"]
 ) -> None:
     """Check structure, places and actions of an order or an update.
 
@@ -70,10 +68,8 @@ def _check_sequence(order: DriveOrder) -> None:
         raise _invalid(f"{len(nodes)} nodes; expected 1 to {MOST_NODES}")
     if len(edges) != len(nodes) - 1:
         raise _invalid(f"{len(edges)} edges for {len(nodes)} nodes; expected {len(nodes) - 1}")
-    if order.order_update_id < 0 or not order.order_id:
-        raise _invalid("orderId must not be empty, orderUpdateId not negative")
     first = nodes[0].sequence_id
-    if first < 0 or first % 2:
+    if first % 2:
         raise _invalid(f"the first node has the sequenceId {first}; expected an even number")
     for index, node in enumerate(nodes):
         if node.sequence_id != first + 2 * index:
@@ -88,7 +84,8 @@ def _check_sequence(order: DriveOrder) -> None:
                 f"the sequenceId is {edge.sequence_id}; expected {start.sequence_id + 1}",
                 edgeId=edge.edge_id,
             )
-        if (edge.start_node_id, edge.end_node_id) != (start.node_id, end.node_id):
+        ends = edge.start_node_id or start.node_id, edge.end_node_id or end.node_id
+        if ends != (start.node_id, end.node_id):
             raise _invalid(
                 f"it leads from '{edge.start_node_id}' to '{edge.end_node_id}'; the nodes beside"
                 f" it are '{start.node_id}' and '{end.node_id}'",
@@ -105,21 +102,10 @@ def _check_sequence(order: DriveOrder) -> None:
 
 def _check_node(node: Node, ground: DrivingArea) -> None:
     position = node.node_position
-    _check_id(node.node_id, nodeId=node.node_id)
     if position is None:
         raise OrderRejectedError(
             OrderFault.UNSUPPORTED, "nodePosition is required by this robot", nodeId=node.node_id
         )
-    numbers = {
-        "x": position.x,
-        "y": position.y,
-        "theta": position.theta or 0.0,
-        "allowedDeviationXY": position.allowed_deviation_xy,
-        "allowedDeviationTheta": position.allowed_deviation_theta,
-    }
-    for name, number in numbers.items():
-        if not math.isfinite(number) or (name.startswith("allowed") and number < 0.0):
-            raise _invalid(f"{name} is {number}", nodeId=node.node_id)
     if position.map_id != ground.map_id:
         raise OrderRejectedError(
             OrderFault.UNKNOWN_MAP,
@@ -133,7 +119,6 @@ def _check_node(node: Node, ground: DrivingArea) -> None:
 
 
 def _check_edge(edge: Edge, start: Node, end: Node) -> None:
-    _check_id(edge.edge_id, edgeId=edge.edge_id)
     corridor = edge.corridor
     unsupported = {
         "corridor.releaseRequired": corridor is not None and corridor.release_required,
@@ -153,9 +138,6 @@ def _check_edge(edge: Edge, start: Node, end: Node) -> None:
         widths = corridor.left_width, corridor.right_width
         if not all(0.0 <= width <= FARTHEST for width in widths):
             raise _invalid(f"the corridor's widths are {widths}", edgeId=edge.edge_id)
-        if corridor.corridor_ref_point not in REFERENCE_POINTS:
-            text = f"corridorRefPoint is {corridor.corridor_ref_point:.40}"
-            raise _invalid(text, edgeId=edge.edge_id)
     if edge.trajectory is not None:
         _check_trajectory(edge, start, end)
 
@@ -170,7 +152,7 @@ def _check_trajectory(edge: Edge, start: Node, end: Node) -> None:
     for node, (x, y) in ((start, line[0]), (end, line[-1])):
         assert node.node_position is not None
         gap = math.hypot(node.node_position.x - x, node.node_position.y - y)
-        if not gap <= max(node.node_position.allowed_deviation_xy, STOP_RADIUS):
+        if not gap <= max(node.node_position.deviation, STOP_RADIUS):
             raise _invalid(
                 f"the trajectory is {gap:.2f} m from its node",
                 edgeId=edge.edge_id,
@@ -187,7 +169,10 @@ def _check_actions(
     if len(actions) > MOST_ACTIONS:
         raise _invalid(f"{len(actions)} actions; at most {MOST_ACTIONS} are taken", **where)
     for action in actions:
-        _check_id(action.action_id, actionId=action.action_id)
+        if action.retriable:
+            text = "retriable actions are not supported"
+            names = {"actionId": action.action_id, "parameter": "retriable"}
+            raise OrderRejectedError(OrderFault.UNSUPPORTED, text, **names, **where)
         if problem := check_action(action, scope, offered):
             names = ", ".join(sorted(offered))
             hint = "" if action.action_type in offered else f"; offered are {names}"
@@ -198,11 +183,6 @@ def _check_actions(
                 actionType=action.action_type,
                 **where,
             )
-
-
-def _check_id(value: str, **where: object) -> None:
-    if not 1 <= len(value) <= LONGEST_ID:
-        raise _invalid(f"an id has {len(value)} characters; expected 1 to {LONGEST_ID}", **where)
 
 
 def _invalid(message: str, **references: object) -> OrderRejectedError:

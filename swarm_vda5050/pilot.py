@@ -33,9 +33,9 @@ from swarm_run.robots.client import RobotCommander
 from swarm_run.robots.driver import has_goal, is_final, is_for_good
 from swarm_run.robots.status_check import StatusCheck
 from swarm_run.robots.task import Task, TaskResult
-from swarm_vda5050.dialect import INCOMING, Dialect, Identity
+from swarm_vda5050.dialect import MESSAGES, Dialect, Identity
 from swarm_vda5050.factsheet import factsheet, localization_score
-from swarm_vda5050.faults import OrderRejectedError
+from swarm_vda5050.faults import OrderFault, OrderRejectedError
 from swarm_vda5050.link import Address, BrokerEvent, BrokerEventKind, Link
 from swarm_vda5050.messages import (
     AgvPosition,
@@ -61,6 +61,7 @@ ACTIONS: dict[str, Any] = {
 }
 STILL = 0.02  # [m/s], [rad/s] below which a robot stands
 WAITING = ("waiting", "holding", "yielding")  # states in which `detail` says for whom
+RETAINED = "the broker kept this message from before; it is not done: send it without `retain`"
 OBSTACLE = "before an obstacle"  # how `detail` ends of a robot that stopped for somebody
 AWAITED = re.compile(r"\bfor ([^\s,:]+)")  # in `detail`: a robot, or something else
 
@@ -251,8 +252,7 @@ class Pilot:
         if task is not None and report.goal != task.goal_id and self._sent_at < report.tick:
             self._task, self._goal = None, ()  # its navigator was started again
         while self._messages:
-            event = self._messages.popleft()
-            self._receive_message(event.topic, event.payload)
+            self._receive_message(self._messages.popleft())
         self._drive(CONTROL_PERIOD * report.tick)
 
     def _hear_broker(self) -> None:
@@ -274,14 +274,18 @@ class Pilot:
         elif self._steps is not None:
             self._messages.append(arrival)
         else:
-            self._receive_message(arrival.topic, arrival.payload)
+            self._receive_message(arrival)
 
-    def _receive_message(self, topic: str, payload: bytes) -> None:
-        name = topic.rpartition("/")[2]
+    def _receive_message(self, arrival: BrokerEvent) -> None:
+        """Give the vehicle a message; one that the broker kept from before is never done."""
+        name = arrival.topic.rpartition("/")[2]
         try:
-            message = self._dialect.read(name, payload)
+            if arrival.is_retained:
+                self._note(f"{arrival.topic}: {RETAINED}")
+                raise OrderRejectedError(OrderFault.VALIDATION, f"{name}: {RETAINED}", topic=name)
+            message = self._dialect.read(name, arrival.payload)
         except OrderRejectedError as error:
-            self.vehicle.reject(error, INCOMING[name])
+            self.vehicle.reject(error, MESSAGES[name])
         else:
             self.vehicle.receive(message)
 
@@ -347,23 +351,20 @@ class Pilot:
         if (path := self.vehicle.path_of(leg)) is not None:
             self._send_path(leg, path)
             return
-        assert self.vehicle.senses is not None
-        here = self.vehicle.senses.pose_map
-        before = (here.x, here.y)
         poses = []
         for node in leg.nodes:
             position = node.node_position
             assert position is not None
-            yaw = position.theta
-            if yaw is None:
-                yaw = math.atan2(position.y - before[1], position.x - before[0])
-            before = (position.x, position.y)
-            poses.append(ros_io.pose_stamped(Pose(*before, wrap_angle(yaw)), self._tick))
+            pose_map = Pose(position.x, position.y, wrap_angle(position.theta or 0.0))
+            poses.append(ros_io.pose_stamped(pose_map, self._tick))
+        end = leg.nodes[-1].node_position
+        tree = ros_io.ANY_HEADING if end is None or end.theta is None else ""
         if len(poses) == 1:
-            goal = NavigateToPose.Goal(pose=poses[0])
+            goal = NavigateToPose.Goal(pose=poses[0], behavior_tree=tree)
             self._begin("navigate_to_pose", goal)
         else:
-            self._begin("navigate_through_poses", NavigateThroughPoses.Goal(poses=poses))
+            goals = NavigateThroughPoses.Goal(poses=poses, behavior_tree=tree)
+            self._begin("navigate_through_poses", goals)
 
     def _begin(self, action: str, goal: Any) -> None:
         on_end = self._receive_end if self._steps is None else None
@@ -462,11 +463,11 @@ class Pilot:
     # To the fleet control
 
     def _will(self) -> tuple[str, bytes]:
-        state = {"connectionState": self._identity.broken}
+        state = {"connectionState": "CONNECTIONBROKEN"}
         return self._identity.topic("connection"), self._dialect.write("connection", state)
 
     def _publish_factsheet(self) -> None:
-        content = factsheet(self._spec, self._identity.offered, self._identity.major)
+        content = factsheet(self._spec, self._identity.offered, self._identity.version)
         payload = self._dialect.write("factsheet", content)
         self._link.publish(self._identity.topic("factsheet"), payload, is_kept=True)
 

@@ -63,7 +63,7 @@ class VehicleFleet:
         self._waiter = Waiter(self._node.context, MOST_TOPICS)
         self.executor = SafeExecutor()
         self.executor.add_node(self._node)
-        every = Identity(config["manufacturer"], "+", config["version"])
+        every = self._identity_of("+")
         topics = [every.topic(name) for name in every.topics]
         self._overheard = Link(self._address, topics, None, "swarm")
         self._overheard.open()
@@ -120,11 +120,15 @@ class VehicleFleet:
         for pilot in self._pilots.values():
             pilot.close()
 
+    def _identity_of(self, name: str) -> Identity:
+        config = self._config
+        return Identity(config["manufacturer"], name, config["version"], config["interface"])
+
     def _attach(self, name: str, model: str, battery: dict[str, Any] | None = None) -> None:
         if name in self._pilots:
             self._pilots[name].hear()
             return
-        identity = Identity(self._config["manufacturer"], name, self._config["version"])
+        identity = self._identity_of(name)
         spec = load_robot(model)
         if battery is not None:  # that of a fleet
             spec = replace(spec, battery=msgspec.convert(battery, BatterySpec))

@@ -96,7 +96,7 @@ class Vehicle:
     """
 
     def __init__(
-        self, ground: DrivingArea, offered: Mapping[str, ActionOffer] = OFFERED, radius: float = 0.0
+        self, ground: DrivingArea, offered: Mapping[str, ActionOffer] = OFFERED["2.1"], radius: float = 0.0
     ) -> None:
         """Begin without an order.
 
@@ -151,11 +151,7 @@ class Vehicle:
                 case Responses():
                     self.zones.respond(message.responses)
         except OrderRejectedError as error:
-            names = {"headerId": str(message.header_id)}
-            if isinstance(message, DriveOrder):
-                number = str(message.order_update_id)
-                names |= {"orderId": message.order_id, "orderUpdateId": number}
-            self.reject(error, type(message), **names)
+            self.reject(error, type(message), **message.references)
         self._advance()
 
     def reject(self, error: OrderRejectedError, kind: type[Header], **more: str) -> None:
@@ -450,7 +446,7 @@ class Vehicle:
                 return index
             position = node.node_position
             assert position is not None
-            if position.theta is not None or 0.0 < position.allowed_deviation_xy < PASS_RADIUS:
+            if position.theta is not None or 0.0 < position.deviation < PASS_RADIUS:
                 return index
         return len(self._nodes) - 1
 
@@ -585,8 +581,7 @@ class Vehicle:
         try:
             self._check_instant(action)
         except OrderRejectedError as error:
-            names = {"headerId": str(message.header_id), "actionId": action.action_id}
-            self.reject(error, InstantActions, **names)
+            self.reject(error, InstantActions, **message.references, actionId=action.action_id)
 
     def _check_instant(self, action: OrderAction) -> None:
         known = self._seen.get(action.action_id)
@@ -676,7 +671,7 @@ def _way_of(edge: Edge) -> tuple[bool, bool]:
 
 def _pass_radius(node: Node) -> float:
     assert node.node_position is not None
-    return node.node_position.allowed_deviation_xy or PASS_RADIUS
+    return node.node_position.deviation or PASS_RADIUS
 
 
 def _distance(node: Node, pose_map: Pose) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -92,9 +91,10 @@ def corridor_area(edge: Edge, line: FloatArray, radius: float) -> shapely.Geomet
 
 
 def _knots(trajectory: Trajectory) -> FloatArray:
-    count = len(trajectory.control_points)
-    usual: Sequence[float] = (0.0, *np.linspace(0.0, 1.0, max(count, 2)), 1.0)
-    return np.array(trajectory.knot_vector or usual, float)
+    if trajectory.knot_vector is not None:
+        return np.array(trajectory.knot_vector, float)
+    inner = np.linspace(0.0, 1.0, max(len(trajectory.control_points), 2))
+    return np.array([0.0, *inner, 1.0])
 
 
 def _curve(trajectory: Trajectory) -> FloatArray:

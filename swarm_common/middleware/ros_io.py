@@ -47,6 +47,7 @@ TICK_INPUT = QoSProfile(depth=200, reliability=ReliabilityPolicy.BEST_EFFORT)
 STATIC_TRANSFORMS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TRANSFORMS = QoSProfile(depth=100)
 START, MOST_DIGITS = "start_at_tick ", 12  # of a goal that begins later
+ANY_HEADING = "any_heading"  # `behavior_tree` of a goal whose last pose is one of position only
 
 
 def time_msg(tick: int) -> Time:

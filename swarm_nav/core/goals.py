@@ -40,7 +40,8 @@ class Goal:
 
     kind: GoalKind  # action
     goal_id: int = 0  # chosen by the caller, echoed in events
-    poses_map: tuple[Pose, ...] = ()  # targets of NAVIGATE (1), THROUGH and WAYPOINTS (1 or more)
+    # targets of NAVIGATE (1), THROUGH and WAYPOINTS (1 or more); a yaw of NaN is any heading
+    poses_map: tuple[Pose, ...] = ()
     # points (n, 2) of FOLLOW_PATH
     path_map: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
     angle: float = 0.0  # [rad] of SPIN, relative, signed

@@ -1,28 +1,27 @@
 """Orders of VDA 5050 along a line of nodes, and a robot without a navigator that drives them."""
 
+import json
 from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime, timedelta
 from itertools import pairwise
 from typing import Any
 
-import msgspec
+import numpy as np
 
 from swarm_common.model.records import Pose
-from swarm_vda5050.dialect import Dialect, Identity
-from swarm_vda5050.messages import (
-    BatteryState,
-    DriveOrder,
-    InstantActions,
-    SafetyState,
-    VehicleState,
-)
+from swarm_vda5050.dialect import MESSAGES, Dialect, Identity
+from swarm_vda5050.faults import OrderRejectedError
+from swarm_vda5050.messages import BatteryState, SafetyState, VehicleState
 from swarm_vda5050.order_check import DrivingArea
+from swarm_vda5050.reading import written
+from swarm_vda5050.standard import VERSIONS
 from swarm_vda5050.vehicle import RobotSenses, Vehicle
 
 MAP = "hall"
 EPOCH = datetime(2026, 1, 1, tzinfo=UTC)  # of simulated time
 SPACING = 2.0  # [m] between nodes
 OF_2 = Identity("swarm", "Srobot1", "2.1")
+OF_20 = Identity("swarm", "Srobot1", "2.0")
 OF_3 = Identity("swarm", "Srobot1", "3.0")
 
 
@@ -89,11 +88,20 @@ def along(first: int, base: int, last: int, order_id: str = "A", update: int = 0
 
 
 def nurbs(
-    *points: tuple[float, ...], degree: int = 1, knots: Iterable[float] = ()
+    *points: tuple[float, ...], degree: int = 1, knots: Iterable[float] | None = None
 ) -> dict[str, Any]:
+    """Return a trajectory; without knots it is a polyline."""
     names = ("x", "y", "weight")
     controls = [dict(zip(names, point, strict=False)) for point in points]
+    if knots is None:
+        knots = [0.0, *np.linspace(0.0, 1.0, len(points)).tolist(), 1.0]
     return {"degree": degree, "knotVector": list(knots), "controlPoints": controls}
+
+
+def on_wire(topic: str, content: Mapping[str, Any], version: str) -> bytes:
+    """Return a message as a version has it, with the header that it lacks."""
+    told = header() | dict(content) | {"version": VERSIONS[version]}
+    return json.dumps(told if version == "2.1" else written(told, topic, version)).encode()
 
 
 class Toy:
@@ -112,11 +120,18 @@ class Toy:
         self.vehicle.sense(RobotSenses(self.now, self.pose, utc=utc, **more))
 
     def send(self, content: Mapping[str, Any]) -> None:
-        self.vehicle.receive(msgspec.convert(content, DriveOrder))
+        self.hear("order", content)
 
     def do(self, kind: str, action_id: str = "i", **parameters: Any) -> None:
-        actions = [action(kind, action_id, "NONE", **parameters)]
-        self.vehicle.receive(msgspec.convert(header() | {"actions": actions}, InstantActions))
+        self.hear("instantActions", {"actions": [action(kind, action_id, "NONE", **parameters)]})
+
+    def hear(self, topic: str, content: Mapping[str, Any]) -> None:
+        """Receive a message as a pilot does; it has the names inside the package."""
+        try:
+            data = on_wire(topic, content, self.dialect.identity.version)
+            self.vehicle.receive(self.dialect.read(topic, data))
+        except OrderRejectedError as error:
+            self.vehicle.reject(error, MESSAGES[topic])
 
     def wait(self, duration: float) -> None:
         self.now += duration

@@ -13,9 +13,21 @@ from hypothesis import strategies as st
 from swarm_common.model.errors import SwarmError
 from swarm_mission.mission import load_mission
 from swarm_recording.bag import Bag
-from swarm_vda5050.dialect import INCOMING
+from swarm_vda5050.dialect import MESSAGES as KINDS
 from swarm_vda5050.faults import OrderRejectedError
-from tests.fakes.fleet_orders import OF_2, OF_3, Toy, action, along, header, node, nurbs, order
+from tests.fakes.fleet_orders import (
+    OF_2,
+    OF_3,
+    OF_20,
+    Toy,
+    action,
+    along,
+    header,
+    node,
+    nurbs,
+    on_wire,
+    order,
+)
 from tests.fuzz.byte_mutation import EDITS, FUZZ, mutated
 from tests.unit.swarm_recording.bags import NOTE, OTHER, notes, write
 
@@ -64,18 +76,22 @@ def changed(content, changes):
     return json.dumps(content).encode()
 
 
-@pytest.mark.parametrize("identity", [OF_2, OF_3])
+@pytest.mark.parametrize("is_lenient", [False, True])
 @FUZZ
-@given(sent=st.lists(st.tuples(st.sampled_from(MESSAGES), CHANGES, EDITS), min_size=1, max_size=6))
-def test_a_vehicle_is_told_anything_and_says_what_it_does(identity, sent):
+@given(
+    identity=st.sampled_from([OF_20, OF_2, OF_3]),
+    sent=st.lists(st.tuples(st.sampled_from(MESSAGES), CHANGES, EDITS), min_size=1, max_size=6),
+)
+def test_a_vehicle_is_told_anything_and_says_what_it_does(identity, is_lenient, sent):
     toy = Toy(identity)
+    toy.dialect.is_lenient = is_lenient
     for (topic, content), changes, edits in sent:
-        told = content | {"version": f"{identity.version}.0"}
+        told = json.loads(on_wire(topic, content, identity.version))
         data = changed(told, changes) if changes else mutated(json.dumps(told).encode(), edits)
         try:
             toy.vehicle.receive(toy.dialect.read(topic, data))
         except OrderRejectedError as error:
-            toy.vehicle.reject(error, INCOMING[topic])
+            toy.vehicle.reject(error, KINDS[topic])
         for _ in range(9):
             toy.wait(1.0)
             toy.step()

@@ -25,7 +25,7 @@ from nav2_msgs.msg import MissedWaypoint
 
 from swarm_common.middleware.cdr import MOST_SPEED
 from swarm_common.middleware.rejections import RejectedError
-from swarm_common.middleware.ros_io import pose_stamped, start_in
+from swarm_common.middleware.ros_io import ANY_HEADING, pose_stamped, start_in
 from swarm_common.model.records import CONTROL_PERIOD, Pose, Twist
 from swarm_nav.core.goals import (
     UNKNOWN_CODES,
@@ -93,7 +93,8 @@ def goal_from_request(
     numbers and lengths, and that places lie within 1000 m of the map (`MapBounds.check`). The
     planner finds out later whether a place is free and can be reached; if it is not, the accepted
     goal fails with Nav2's code.
-    A tick at which the goal is to begin travels in `behavior_tree`, see `start_in`.
+    A tick at which the goal is to begin travels in `behavior_tree`, see `start_in`; so does that
+    the robot keeps the heading in which it arrives (`ANY_HEADING`): the last pose's yaw is NaN then.
 
     Args:
         to_map: Brings a pose of a known frame to map; refuses one more than 1000 m off it.
@@ -103,13 +104,15 @@ def goal_from_request(
     """
     if kind is GoalKind.NAVIGATE:
         start = start_in(request.behavior_tree)
-        return dataclasses.replace(pose_goal(goal_id, request.pose, to_map), start_tick=start)
+        poses = _targets([request.pose], request.behavior_tree, to_map)
+        return Goal(kind=kind, goal_id=goal_id, poses_map=poses, start_tick=start)
     if kind in (GoalKind.THROUGH, GoalKind.WAYPOINTS):
         check_count(request.poses, MOST_POSES)
-        poses = tuple(to_map(pose) for pose in request.poses)
         if kind is GoalKind.THROUGH:
             start = start_in(request.behavior_tree)
+            poses = _targets(request.poses, request.behavior_tree, to_map)
             return Goal(kind=kind, goal_id=goal_id, poses_map=poses, start_tick=start)
+        poses = tuple(to_map(pose) for pose in request.poses)
         first, loops = int(request.goal_index), int(request.number_of_loops)
         if poses and first >= len(poses):
             raise RejectedError(f"goal_index is {first}; there are {len(poses)} poses")
@@ -125,6 +128,14 @@ def goal_from_request(
     if kind is GoalKind.FOLLOW_PATH:
         return path_goal(goal_id, request, to_map, reach)
     return _behavior_goal(kind, goal_id, request, reach)
+
+
+def _targets(poses: Sequence[PoseStamped], tree: str, to_map: ToMap) -> tuple[Pose, ...]:
+    """Return the poses in map; the yaw of the last is NaN if any heading is right there."""
+    targets = tuple(to_map(pose) for pose in poses)
+    if tree != ANY_HEADING or not targets:
+        return targets
+    return *targets[:-1], dataclasses.replace(targets[-1], yaw=math.nan)
 
 
 def twist_from_msg(message: Any) -> Twist:

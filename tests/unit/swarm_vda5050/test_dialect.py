@@ -10,7 +10,7 @@ from swarm_describe.robots.loading import load_robot
 from swarm_vda5050.dialect import Dialect
 from swarm_vda5050.factsheet import factsheet
 from swarm_vda5050.faults import OrderFault, OrderRejectedError
-from tests.fakes.fleet_orders import OF_2, OF_3, Toy, action, along, header, node, order
+from tests.fakes.fleet_orders import OF_2, OF_3, Toy, action, along, header, node, on_wire, order
 
 THEIRS = SchemaValidator()
 
@@ -39,11 +39,11 @@ def test_states_are_valid_for_others():
 
 @pytest.mark.parametrize("robot", ["turtlebot3_waffle", "turtlebot3_burger"])
 def test_other_messages_are_valid_for_others(robot):
-    sheet = factsheet(load_robot(robot), OF_2.offered, 2)
+    sheet = factsheet(load_robot(robot), OF_2.offered, "2.1")
     for topic, content in (
         ("factsheet", sheet),
         ("connection", {"connectionState": "ONLINE"}),
-        ("connection", {"connectionState": OF_2.broken}),
+        ("connection", {"connectionState": "CONNECTIONBROKEN"}),
     ):
         assert THEIRS.errors(topic, written(topic, content)) == []
 
@@ -68,21 +68,21 @@ def test_version_3_has_its_own_names():
     assert message["powerSupply"] == {"stateOfCharge": 100.0, "charging": False}
     assert message["safetyState"]["activeEmergencyStop"] == "NONE"
     assert message["errors"][0]["errorType"] == "START_NODE_OUT_OF_RANGE"
-    assert OF_3.broken == "CONNECTION_BROKEN"
+    broken = written("connection", {"connectionState": "CONNECTIONBROKEN"}, OF_3)
+    assert broken["connectionState"] == "CONNECTION_BROKEN"
 
 
 def test_orders_of_version_3_are_read():
-    content = along(0, 1, 1) | header("3.0.0")
-    content["nodes"][1]["nodeDescriptor"] = "the end"
+    content = along(0, 1, 1)
+    content["nodes"][1]["nodeDescription"] = "the end"
     ellipse = {"a": 0.5, "b": 0.2, "theta": 0.0}
     content["nodes"][1]["nodePosition"]["allowedDeviationXY"] = ellipse
-    content["edges"][0]["maximumSpeed"] = 0.1
-    read = Dialect(OF_3).read("order", encoded(content))
-    assert read.nodes[1].node_position.allowed_deviation_xy == 0.2
+    content["edges"][0]["maxSpeed"] = 0.1
+    content["nodes"][1]["actions"] = [action("pick", "p", "SINGLE") | {"retriable": True}]
+    read = Dialect(OF_3).read("order", on_wire("order", content, "3.0"))
+    assert read.nodes[1].node_position.deviation == 0.2
     assert read.edges[0].max_speed == 0.1
-    content["nodes"][1]["actions"] = [action("pick", "p") | {"retriable": True}]
-    with pytest.raises(OrderRejectedError):
-        Dialect(OF_3).read("order", encoded(content))
+    assert read.nodes[1].actions[0].retriable
 
 
 @pytest.mark.parametrize(
@@ -117,5 +117,9 @@ def test_what_cannot_be_read_is_rejected(data):
 def test_a_message_that_cannot_be_read_is_still_named():
     with pytest.raises(OrderRejectedError) as caught:
         Dialect(OF_2).read("order", encoded(along(0, 1, 1, "X") | {"speed": 3}))
-    assert caught.value.references["orderId"] == "X"
+    names = {"topic": "order", "headerId": "7", "orderId": "X", "orderUpdateId": "0"}
+    assert caught.value.references == names
     assert "speed" in str(caught.value)
+    with pytest.raises(OrderRejectedError, match="instantActions: Input data was truncated") as caught:
+        Dialect(OF_2).read("instantActions", b"{")
+    assert caught.value.references == {"topic": "instantActions"}

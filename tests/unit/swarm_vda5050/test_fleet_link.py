@@ -9,9 +9,10 @@ from swarm_common.model.central import Coordination
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_nav.core.plugins import RULE_NAMES
-from swarm_run.fleet_link import FleetLink, find_mosquitto, fleet_link
+from swarm_run.fleet_link import VERSIONS, FleetLink, find_mosquitto, fleet_link
 from swarm_run.plan import FLEET_RULES, check_plan
 from swarm_run.spec import RunSpec
+from swarm_vda5050 import standard
 
 
 def test_addresses_are_read():
@@ -21,7 +22,7 @@ def test_addresses_are_read():
     link = FleetLink(url="mqtts://broker.example", user="fleet", version="3.0")
     broker = link.config()["broker"]
     assert (broker["host"], broker["port"], broker["is_secure"]) == ("broker.example", 8883, True)
-    assert fleet_link(None, None, None, None, None) is None
+    assert fleet_link(None, None) is None
 
 
 @pytest.mark.parametrize(
@@ -36,6 +37,8 @@ def test_addresses_are_read():
         ({"url": "mqtt://192.0.2.1"}, "--vda5050-user"),
         ({"url": "embedded", "version": "1.1"}, "did you mean '2.1'"),
         ({"url": "embedded", "manufacturer": "a/b"}, "--manufacturer"),
+        ({"url": "embedded", "interface": "a/b"}, "--vda5050-interface"),
+        ({"url": "embedded", "check": "strikt"}, "did you mean 'strict'"),
         ({"url": "embedded", "ca": Path("none.pem")}, "no file"),
         ({"url": "embedded", "ca": Path(__file__)}, "mqtts://"),
     ],
@@ -45,13 +48,17 @@ def test_what_makes_no_sense_is_refused(given, word):
         FleetLink(**given)
 
 
+def test_the_options_know_the_versions_of_the_standard():
+    assert tuple(standard.VERSIONS) == VERSIONS
+
+
 def test_a_port_or_broker_that_cannot_be_used_is_named(monkeypatch):
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()
         port = other.getsockname()[1]
         with pytest.raises(ConfigError, match=f"cannot use port {port}"):
-            fleet_link(f"embedded:{port}", None, None, None, None)
+            fleet_link(f"embedded:{port}", None)
     monkeypatch.setattr("shutil.which", lambda *_, **__: None)
     monkeypatch.setattr("importlib.util.find_spec", lambda _: object())
     assert find_mosquitto() is None

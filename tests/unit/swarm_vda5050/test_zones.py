@@ -1,13 +1,10 @@
 """Zone sets of version 3.0, and releases."""
 
-import json
-
 import numpy as np
 import pytest
 
 from swarm_common.model.grid import KEEPOUT, Grid
-from swarm_vda5050.dialect import Dialect
-from tests.fakes.fleet_orders import MAP, OF_3, Toy, along, header
+from tests.fakes.fleet_orders import MAP, OF_3, Toy, along
 
 LATER = "2026-01-01T00:01:00Z"
 
@@ -19,8 +16,7 @@ def zone(kind, first, last, **more):
 
 
 def hear(toy, topic, **content):
-    data = json.dumps(header("3.0.0") | content).encode()
-    toy.vehicle.receive(Dialect(OF_3).read(topic, data))
+    toy.hear(topic, content)
 
 
 def toy_with(*zones):
@@ -95,7 +91,7 @@ def test_a_release_is_lost_in_a_zone(behaviour, is_stopped, loss):
 def test_zones_become_a_mask_and_a_limit():
     toy = toy_with(
         zone("BLOCKED", 10.0, 12.0), zone("PENALTY", 14.0, 16.0, penaltyFactor=0.5),
-        zone("SPEED_LIMIT", 18.0, 19.0, maximumSpeed=0.1), zone("RELEASE", 20.0, 21.0),
+        zone("SPEED_LIMIT", 18.0, 19.0, maxSpeed=0.1), zone("RELEASE", 20.0, 21.0),
     )  # fmt: skip
     zones = toy.vehicle.zones
     mask = zones.mask(Grid(np.zeros((40, 500), np.int8), 0.05, 0.0, -1.0), [])
