@@ -4,6 +4,7 @@ python examples/fleet_control.py worlds/hall_12/sites.yaml [PORT]
 """
 
 import json
+import math
 import sys
 from pathlib import Path
 
@@ -35,7 +36,8 @@ def node(name: str, number: int, place: dict[str, float], *actions: dict) -> dic
 def order(state: dict, station: str) -> dict:
     sent[state["serialNumber"]] = name = f"{state['serialNumber']}-{station}-{state['headerId']}"
     here = {axis: state["agvPosition"][axis] for axis in "xy"}
-    there = dict(zip(("x", "y", "theta"), STATIONS[station], strict=True))
+    x, y, yaw = STATIONS[station]
+    there = {"x": x, "y": y, "theta": math.remainder(yaw, math.tau)}  # no more than π
     edge = part(1, edgeId=f"to-{station}", startNodeId="here", endNodeId=station)
     nodes = [node("here", 0, here), node(station, 2, there, WORK | {"actionId": f"{name}-work"})]
     header = {key: state[key] for key in list(state)[:5]}

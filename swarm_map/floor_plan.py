@@ -47,6 +47,7 @@ class FloorPlan:
     things: tuple[Thing, ...]
     sites: Mapping[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    layout: Mapping[str, Any] | None = None  # of a fleet control, that it was made of
 
 
 def _is_plan_name(text: str) -> bool:

@@ -1,4 +1,4 @@
-"""Layouts of fleet controls (VDMA Layout Interchange Format, LIF 1.0): written and read.
+"""Layouts of fleet controls (VDMA Layout Interchange Format, LIF): written, and made worlds of.
 
 A world's stations, places and circuits become nodes. Edges join neighbouring nodes between which a
 robot fits straight on, in both directions; those of a circuit lead one way round. Parts of the
@@ -14,7 +14,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
@@ -22,9 +21,10 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Delaunay, QhullError
 
+from swarm_common.files.layout_io import LayoutNode, TrackLayout, read_layout
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import FREE, Grid
-from swarm_common.model.records import FloatArray, Pose
+from swarm_common.model.records import FloatArray, Pose, wrap_angle
 from swarm_common.model.shapes import Box
 from swarm_common.model.sites import Sites
 from swarm_map.floor_plan import LIMIT, FloorPlan, Thing, rounded
@@ -32,94 +32,41 @@ from swarm_map.floor_plan import LIMIT, FloorPlan, Thing, rounded
 MARGIN = 3.0  # [m] between the outermost nodes of a layout and the walls around them
 THICKNESS = 0.15  # [m] of these
 ROOM = 0.05  # [m] beside a robot on an edge
-LARGEST = 50_000_000  # bytes of a file that is read
+LARGEST_YAW = 3.141592  # [rad] of a heading that is written: no more than π when it is read
 
 
-class LayoutPosition(msgspec.Struct, frozen=True):
-    """A position in a layout; stations have a heading, too."""
-
-    x: float
-    y: float
-    theta: float | None = None
-
-
-class NodeProperties(msgspec.Struct, frozen=True, rename="camel"):
-    """Properties of a node for one type of vehicle."""
-
-    theta: float | None = None
-
-
-class LayoutNode(msgspec.Struct, frozen=True, rename="camel"):
-    """A node of a layout."""
-
-    node_id: str
-    node_position: LayoutPosition
-    vehicle_type_node_properties: tuple[NodeProperties, ...] = ()
-
-    @property
-    def pose(self) -> list[float]:
-        """Return x, y, yaw as sites.yaml has them."""
-        headings = [each.theta for each in self.vehicle_type_node_properties]
-        yaw = next((heading for heading in headings if heading is not None), 0.0)
-        return [self.node_position.x, self.node_position.y, yaw]
-
-
-class LayoutStation(msgspec.Struct, frozen=True, rename="camel"):
-    """A station of a layout: nodes at which vehicles work."""
-
-    station_id: str
-    interaction_node_ids: tuple[str, ...]
-    station_name: str = ""
-    station_position: LayoutPosition | None = None
-
-
-class LayoutLevel(msgspec.Struct, frozen=True, rename="camel"):
-    """One level of a site."""
-
-    nodes: tuple[LayoutNode, ...]
-    stations: tuple[LayoutStation, ...] = ()
-
-
-class LayoutFile(msgspec.Struct, frozen=True, rename="camel"):
-    """A file; what is left out here does not matter for a world."""
-
-    layouts: tuple[LayoutLevel, ...]
-
-
-def load_layout(path: Path, wall_height: float) -> FloorPlan:
+def load_layout(path: Path, wall_height: float, layout_id: str | None = None) -> FloorPlan:
     """Return the plan of an empty hall around a layout: its stations, its other nodes as places.
 
     Args:
         wall_height: [m]
+        layout_id: Of the layout; None for the only one in the file.
 
     Raises:
-        ConfigError: If it is none, has no node, or several levels.
+        ConfigError: If it is none, or it has to be said which layout is meant.
     """
-    data = path.read_bytes()
-    if len(data) > LARGEST:
-        raise ConfigError(f"{path}: {len(data)} bytes; expected at most {LARGEST}")
-    try:
-        layouts = msgspec.json.decode(data, type=LayoutFile).layouts
-    except (msgspec.MsgspecError, RecursionError) as error:
-        raise ConfigError(f"{path} is no layout (LIF): {error}") from None
-    if len(layouts) != 1 or not layouts[0].nodes:
-        raise ConfigError(f"{path}: {len(layouts)} layouts; expected one, with nodes")
-    nodes = {node.node_id: node for node in layouts[0].nodes}
-    if len(nodes) != len(layouts[0].nodes):
+    layout, file = read_layout(path, layout_id)
+    here = [node for node in layout.nodes if node.map_id == layout.map_id]
+    nodes = {node.node_id: node for node in here}
+    if len(nodes) != len(here):
         raise ConfigError(f"{path}: a nodeId occurs twice")
-    stations, used = _stations(path, layouts[0], nodes)
+    stations, used = _stations(path, layout, nodes)
     places = [node.pose for node in nodes.values() if node.node_id not in used]
     poses = np.array([node.pose for node in nodes.values()])
     if not np.isfinite(poses).all() or np.abs(poses[:, :2]).max() > LIMIT:
         raise ConfigError(f"{path}: a node is not within {LIMIT:g} m of the origin")
     sites: dict[str, Any] = {"stations": stations} if stations else {}
     sites |= {"places": places} if places else {}
-    note = f"{path} has no walls: the hall around it is empty; its edges and actions are left out"
-    return FloorPlan(path.stem, _hall(poses, wall_height), sites, (note,))
+    notes = [f"{path} has no walls: the hall around it is empty"]
+    if layout.map_id:
+        notes.append(f"orders of a fleet control have the mapId '{layout.map_id}'")
+    if left := len(layout.nodes) - len(here):
+        notes.append(f"{left} nodes on other maps are left out")
+    return FloorPlan(path.stem, _hall(poses, wall_height), sites, tuple(notes), layout=file)
 
 
 def _stations(
-    path: Path, layout: LayoutLevel, nodes: dict[str, LayoutNode]
+    path: Path, layout: TrackLayout, nodes: dict[str, LayoutNode]
 ) -> tuple[dict[str, list[float]], set[str]]:
     """Return the stations by name, one for each of their nodes, and these nodes' ids."""
     stations: dict[str, list[float]] = {}
@@ -127,6 +74,8 @@ def _stations(
     for station in layout.stations:
         several = len(station.interaction_node_ids) > 1
         for number, node_id in enumerate(station.interaction_node_ids, 1):
+            if node_id not in nodes and node_id in {node.node_id for node in layout.nodes}:
+                continue  # on another map
             if node_id not in nodes:
                 raise ConfigError(f"{path}: station '{station.station_id}' has no node '{node_id}'")
             stations[station.station_id + (f"_{number}" if several else "")] = nodes[node_id].pose
@@ -192,8 +141,13 @@ def layout_of(name: str, sites: Sites, grid: Grid, radius: float, robot: str) ->
     }
 
 
+def _heading(yaw: float) -> float:
+    """Return a heading [rad] within ±π, also after rounding."""
+    return min(max(rounded(wrap_angle(yaw)), -LARGEST_YAW), LARGEST_YAW)
+
+
 def _node(node_id: str, pose: Pose, map_id: str, robot: str) -> dict[str, Any]:
-    properties = {"vehicleTypeId": robot, "theta": rounded(pose.yaw)}
+    properties = {"vehicleTypeId": robot, "theta": _heading(pose.yaw)}
     return {
         "nodeId": node_id,
         "mapId": map_id,
@@ -212,7 +166,7 @@ def _edge(start: str, end: str, robot: str) -> dict[str, Any]:
 
 
 def _station(name: str, pose: Pose) -> dict[str, Any]:
-    place = {"x": pose.x, "y": pose.y, "theta": rounded(pose.yaw)}
+    place = {"x": pose.x, "y": pose.y, "theta": _heading(pose.yaw)}
     return {
         "stationId": name,
         "stationName": name,

@@ -58,6 +58,7 @@ OPTIONS = {  # of `swarm-map new`: what they are for
     "drop": (PlanKind.PICTURE, PlanKind.NAV2_MAP),
     "cell": (PlanKind.GRID,),
     "scenario": (PlanKind.GRID,),
+    "layout": (PlanKind.LAYOUT,),
 }
 DRAW_EXAMPLES = """Example:
 
@@ -232,6 +233,9 @@ def new(
         Path | None,
         of_kind("--scen", help="MovingAI .scen file with the starts and goals of a .map."),
     ] = None,
+    layout: Annotated[
+        str | None, of_kind(metavar="ID", help="layoutId in a file with several layouts.")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
 ) -> None:
     """Make a world from a floor plan: world.sdf, sites.yaml, and its map.
@@ -242,7 +246,7 @@ def new(
     stations.csv beside the picture names stations by the colour of their spots.
     docs/creating.md describes the YAML. A .map is a grid of the Moving AI Lab's
     benchmarks; the mission own_place drives its .scen. A layout (LIF) becomes an empty
-    hall with its stations; its other nodes are places.
+    hall with its stations; its other nodes are places, and it is kept in layout.json.
     """
     scale = PlanScale(resolution=resolution, origin=origin, wall_height=wall_height, drop=drop)
     _check(plan.is_file(), f"there is no floor plan {plan}")
@@ -256,7 +260,7 @@ def new(
     if kind is PlanKind.GRID:
         floor = load_grid_map(plan, cell, scenario, wall_height)
     elif kind is PlanKind.LAYOUT:
-        floor = load_layout(plan, wall_height)
+        floor = load_layout(plan, wall_height, layout)
     elif kind is PlanKind.NAV2_MAP:
         floor, resolution = load_nav2_map(plan, wall_height, drop)
     else:

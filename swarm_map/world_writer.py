@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tempfile
 from collections.abc import Mapping
 from dataclasses import replace
@@ -11,6 +12,7 @@ from xml.sax.saxutils import quoteattr
 
 import yaml
 
+from swarm_common.files.layout_io import LAYOUT_FILE
 from swarm_common.files.map_io import MAP_FILE, save_map
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import COARSEST
@@ -83,6 +85,9 @@ def _write(plan: FloorPlan, folder: Path, resolution: float) -> Scene:
     folder.mkdir()
     (folder / WORLD_FILE).write_text(sdf_text(plan), encoding="utf-8")
     (folder / SITES_FILE).write_text(sites_text(plan.sites), encoding="utf-8")
+    if plan.layout is not None:
+        text = json.dumps(plan.layout, indent=1)
+        (folder / LAYOUT_FILE).write_text(text, encoding="utf-8")
     scene = load_world(folder / WORLD_FILE)
     robot = load_robot(ROBOT)
     check_sites(scene, robot)

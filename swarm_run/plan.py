@@ -11,6 +11,7 @@ from typing import Any
 
 import yaml
 
+from swarm_common.files.layout_io import LAYOUT_FILE, read_layout
 from swarm_common.files.map_io import load_map, map_of_world
 from swarm_common.files.params_io import REALISTIC, default_parameters
 from swarm_common.files.sites_io import load_sites
@@ -394,6 +395,9 @@ class RunPlan:
         """
         assert self.spec.fleet_control is not None
         members = zip(self.spec.robot_names, self.fleet.members, strict=True)
+        layout = self.world.parent / LAYOUT_FILE
+        has_layout = layout.is_file()
+        map_id = read_layout(layout)[0].map_id if has_layout else ""
         return self.spec.fleet_control.config() | {
             "robots": [
                 {"name": name, "model": member.model, **_battery_of(member)}
@@ -402,7 +406,8 @@ class RunPlan:
             ],
             "newcomer": self.fleet.members[0].model,
             "map": str(map_file),
-            "map_id": self.world.parent.name,
+            "map_id": map_id or self.world.parent.name,
+            "layout": str(layout) if has_layout else None,
             "sites": self.sites_file or None,
             "realistic": self.spec.realistic,
             "is_in_step": self._has_pilots,

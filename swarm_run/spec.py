@@ -238,9 +238,7 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
     ] = None
     vda5050_interface: Annotated[
         str | None,
-        _vda5050(
-            help="First level of topics.  [default: uagv, in 3.0 vda5050]", metavar="NAME"
-        ),
+        _vda5050(help="First level of topics.  [default: uagv, in 3.0 vda5050]", metavar="NAME"),
     ] = None
     vda5050_check: Annotated[
         str | None,

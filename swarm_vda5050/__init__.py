@@ -1,13 +1,15 @@
 """Robots of a swarm as vehicles of VDA 5050: orders over MQTT in, states out.
 
-    messages     The messages of the standard
+    standard     The standard in tables: fields of messages by version
+    reading      Messages against the tables
+    messages     The messages as they are inside this package
     faults       The errors that a robot reports
     actions      The actions that robots offer
     order_check  Whether an order makes sense in itself
     vehicle      One robot's orders, actions and state: the protocol, without input and output
     zones        Zone sets and releases of version 3.0
     ways         Corridors and trajectories of edges, as ways and floor for the navigator
-    dialect      Versions 2.1 and 3.0 on the wire
+    dialect      Messages of a version on the wire
     factsheet    What a robot model can do
     broker       A mosquitto of our own on loopback
     link         The MQTT connection of one robot

@@ -171,8 +171,13 @@ def _check_actions(
     for action in actions:
         if action.retriable:
             text = "retriable actions are not supported"
-            names = {"actionId": action.action_id, "parameter": "retriable"}
-            raise OrderRejectedError(OrderFault.UNSUPPORTED, text, **names, **where)
+            raise OrderRejectedError(
+                OrderFault.UNSUPPORTED,
+                text,
+                actionId=action.action_id,
+                parameter="retriable",
+                **where,
+            )
         if problem := check_action(action, scope, offered):
             names = ", ".join(sorted(offered))
             hint = "" if action.action_type in offered else f"; offered are {names}"

@@ -279,6 +279,8 @@ class Pilot:
     def _receive_message(self, arrival: BrokerEvent) -> None:
         """Give the vehicle a message; one that the broker kept from before is never done."""
         name = arrival.topic.rpartition("/")[2]
+        if not arrival.payload:
+            return  # the broker was told to forget what it kept
         try:
             if arrival.is_retained:
                 self._note(f"{arrival.topic}: {RETAINED}")

@@ -16,12 +16,12 @@ from swarm_vda5050.standard import (
     VERSIONS,
     Anything,
     Each,
-    Field,
     Flag,
     Kind,
     Number,
     Record,
     Text,
+    WireField,
     Words,
     versions_of,
 )
@@ -77,7 +77,7 @@ class Reader:
             self._forgive(f"{path or 'the message'} lacks `{missing[0]}`")
         return read
 
-    def _unknown(self, table: str, wire: str, where: str) -> Field | None:
+    def _unknown(self, table: str, wire: str, where: str) -> WireField | None:
         """Forgive a field that the version has not; return what it is in another one, if any."""
         others = versions_of(table, wire)
         if not others:

@@ -70,7 +70,7 @@ class Anything(NamedTuple):
 Kind = Text | Flag | Number | Words | Record | Each | Anything
 
 
-class Field(NamedTuple):
+class WireField(NamedTuple):
     """A field in one version."""
 
     inside: str
@@ -502,9 +502,9 @@ NEEDS = {  # further fields that zones of a type need
 }
 
 
-def _by_version() -> dict[str, dict[str, dict[str, Field]]]:
+def _by_version() -> dict[str, dict[str, dict[str, WireField]]]:
     """Return the fields by version, table and name on the wire; the first name is written."""
-    tables: dict[str, dict[str, dict[str, Field]]] = {version: {} for version in VERSIONS}
+    tables: dict[str, dict[str, dict[str, WireField]]] = {version: {} for version in VERSIONS}
     for table, rows in _ROWS.items():
         for version in VERSIONS:
             tables[version][table] = {}
@@ -512,7 +512,7 @@ def _by_version() -> dict[str, dict[str, dict[str, Field]]]:
             for version, mark in zip(VERSIONS, presence.split(), strict=True):
                 code, _, wires = mark.partition("=")
                 for wire in (wires or inside).split("|") if code != "-" else ():
-                    tables[version][table][wire] = Field(inside, kind, code == "!")
+                    tables[version][table][wire] = WireField(inside, kind, code == "!")
     return tables
 
 

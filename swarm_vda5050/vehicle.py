@@ -96,7 +96,10 @@ class Vehicle:
     """
 
     def __init__(
-        self, ground: DrivingArea, offered: Mapping[str, ActionOffer] = OFFERED["2.1"], radius: float = 0.0
+        self,
+        ground: DrivingArea,
+        offered: Mapping[str, ActionOffer] = OFFERED["2.1"],
+        radius: float = 0.0,
     ) -> None:
         """Begin without an order.
 

@@ -13,6 +13,7 @@ What a module imports of its folder stands above it:
     params_io   ROS 2 parameter files: sections by node name, and which node each is for
     zones_io    Reading of zones: the section `zones:` of `sites.yaml`, and Nav2's filter masks
     sites_io    Reading of `sites.yaml`
+    layout_io   Reading of layouts of fleet controls (LIF)
 
 May import of swarm_common: `model`, `process`.
 """

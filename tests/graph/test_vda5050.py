@@ -58,9 +58,9 @@ class Listener:
     def state(self, robot):
         return self.all(robot, "state")[-1]
 
-    def send(self, robot, topic, content):
+    def send(self, robot, topic, content, *, is_kept=False):
         payload = content if isinstance(content, bytes) else json.dumps(content).encode()
-        self.client.publish(f"uagv/v2/swarm/{robot}/{topic}", payload)
+        self.client.publish(f"uagv/v2/swarm/{robot}/{topic}", payload, retain=is_kept)
 
     def wait(self, is_true, what):
         end = time.monotonic() + LIMIT
@@ -155,11 +155,11 @@ def test_a_fleet_control_drives_the_swarm(swarm):
     state = listener.state("Srobot1")
     wall = order_from(state, "wall", -9.9, 0.0)
     for content, kind, word in (
-        (b"no json", "validationError", "malformed"),
+        (b"no json", "validationError", "order: JSON is malformed"),
         (json.dumps(wall).replace("-9.9", "NaN").encode(), "validationError", "malformed"),
         (wall | {"speed": 1}, "validationError", "speed"),
         (wall, "noRouteError", "is "),
-        (b" " * 1_050_000, "validationError", "bytes"),
+        (b" " * 1_150_000, "validationError", "bytes"),
     ):
         listener.send("Srobot1", "order", content)
         listener.await_error("Srobot1", kind, word)
@@ -168,6 +168,9 @@ def test_a_fleet_control_drives_the_swarm(swarm):
     listener.send("Srobot1", "order", order_from(state, "far", 5.0, 5.0, work))
     listener.wait(lambda: listener.state("Srobot1")["driving"], "it drives")
     assert listener.state("Srobot1")["errors"] == []
+    for kind, is_kept in (("startPause", True), ("stopPause", False)):
+        told = {"serialNumber": "Srobot1", "actions": [action(kind, kind, "NONE")]}
+        listener.send("Srobot1", "instantActions", header() | told, is_kept=is_kept)
     assert up.run("commander", "restart", "Srobot1").returncode == 0
     listener.wait(
         lambda: (
@@ -177,6 +180,12 @@ def test_a_fleet_control_drives_the_swarm(swarm):
         "it arrives although its navigator was killed",
     )
     listener.wait(lambda: is_online_again("Srobot1", listener), "it is heard again")
+    listener.await_error("Srobot1", "validationError", "kept this message from before")
+    assert listener.state("Srobot1")["paused"] is False
+    listener.send("Srobot1", "instantActions", b"", is_kept=True)  # the broker forgets it
+    told = {"serialNumber": "Srobot1", "actions": [action("stateRequest", "s", "NONE")]}
+    listener.send("Srobot1", "instantActions", header() | told)
+    listener.wait(lambda: listener.state("Srobot1")["errors"] == [], "it takes what is new")
     state = listener.state("Srobot1")
     count = len(listener.all("Srobot1", "visualization"))
     listener.send("Srobot1", "order", round_the_corner(state))

@@ -93,8 +93,8 @@ def goal_from_request(
     numbers and lengths, and that places lie within 1000 m of the map (`MapBounds.check`). The
     planner finds out later whether a place is free and can be reached; if it is not, the accepted
     goal fails with Nav2's code.
-    A tick at which the goal is to begin travels in `behavior_tree`, see `start_in`; so does that
-    the robot keeps the heading in which it arrives (`ANY_HEADING`): the last pose's yaw is NaN then.
+    A tick at which the goal is to begin travels in `behavior_tree`, see `start_in`; or that the
+    robot keeps the heading in which it arrives (`ANY_HEADING`): the last pose's yaw is NaN then.
 
     Args:
         to_map: Brings a pose of a known frame to map; refuses one more than 1000 m off it.

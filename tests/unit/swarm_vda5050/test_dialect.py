@@ -120,6 +120,8 @@ def test_a_message_that_cannot_be_read_is_still_named():
     names = {"topic": "order", "headerId": "7", "orderId": "X", "orderUpdateId": "0"}
     assert caught.value.references == names
     assert "speed" in str(caught.value)
-    with pytest.raises(OrderRejectedError, match="instantActions: Input data was truncated") as caught:
+    with pytest.raises(
+        OrderRejectedError, match="instantActions: Input data was truncated"
+    ) as caught:
         Dialect(OF_2).read("instantActions", b"{")
     assert caught.value.references == {"topic": "instantActions"}

@@ -1,5 +1,7 @@
 """Nav2's requests and results on the way to and from the brain, without a graph."""
 
+import math
+
 import pytest
 from nav2_msgs.action import (
     AssistedTeleop,
@@ -16,7 +18,7 @@ from nav2_msgs.action import (
 from nav2_msgs.msg import SpeedLimit
 
 from swarm_common.middleware.rejections import RejectedError
-from swarm_common.middleware.ros_io import pose_from_msg, pose_stamped, start_in
+from swarm_common.middleware.ros_io import ANY_HEADING, pose_from_msg, pose_stamped, start_in
 from swarm_common.model.records import Pose
 from swarm_nav.core.goals import (
     UNKNOWN_CODES,
@@ -28,6 +30,7 @@ from swarm_nav.core.goals import (
     PlanError,
 )
 from swarm_nav.ros.nav2.goals import (
+    ACTIONS,
     UnknownFrameError,
     goal_from_request,
     plan_error_code,
@@ -125,6 +128,22 @@ def test_goals_have_codes_starts_and_missed_waypoints():
     result = result_msg(waypoints(1), ended, 10, is_asked=False)
     assert [(one.index, one.error_code) for one in result.missed_waypoints] == [(1, 206), (2, 105)]
     assert [one.goal.pose.position.x for one in result.missed_waypoints] == [3.0, 5.0]
+
+
+def test_a_goal_of_position_only_has_no_heading_at_its_end():
+    """It had the heading from where the robot began: it turned, which nobody had ordered."""
+
+    def read(kind, **fields):
+        request = ACTIONS[kind].Goal(behavior_tree=ANY_HEADING, **fields)
+        return goal_from_request(kind, 7, request, lambda p: pose_from_msg(p.pose), None)
+
+    first, last = pose_stamped(Pose(1.0, 2.0, 0.5), 0), pose_stamped(Pose(3.0, 4.0, 0.5), 0)
+    (target,) = read(GoalKind.NAVIGATE, pose=last).poses_map
+    assert (target.x, target.y) == (3.0, 4.0)
+    assert math.isnan(target.yaw)
+    passed, end = read(GoalKind.THROUGH, poses=[first, last]).poses_map
+    assert passed.yaw == pytest.approx(0.5)
+    assert math.isnan(end.yaw)
 
 
 @pytest.mark.parametrize("text", ["abc", "-5", "1.5", "", "1 2", "9" * 13, "\u0663"])
