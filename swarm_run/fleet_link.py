@@ -7,6 +7,7 @@ import ipaddress
 import os
 import shutil
 import socket
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,10 @@ EMBEDDED = "embedded"  # a broker of our own, on loopback
 PORT, SECURE_PORT = 1883, 8883
 VERSIONS = ("2.0", "2.1", "3.0")
 CHECKS = ("strict", "lenient")
+FAULTS = (  # on demand
+    "simEmergencyStop", "simOperatingMode", "simFailAction", "simLoseLocation", "simError",
+    "simBattery", "simIgnoreOrder", "simBreakConnection", "simSlowState", "simEnd",
+)  # fmt: skip
 EXPECTED = "mqtt://HOST:PORT, mqtts://HOST:PORT or embedded"
 NOT_IN_TOPICS = "/+#\0"
 
@@ -31,6 +36,7 @@ class FleetLink:
     version: str = "2.1"
     interface: str = ""  # first level of topics; empty for the version's
     check: str = ""  # one of CHECKS; empty for no verdict
+    faults: tuple[Mapping[str, Any], ...] = ()  # on demand: at, robot, fault and its parameters
     user: str = ""
     ca: Path | None = None  # certificates to trust, with mqtts; None for the system's
 
@@ -45,6 +51,15 @@ class FleetLink:
         ):
             if not name or set(name) & set(NOT_IN_TOPICS):
                 raise ConfigError(f"{flag} is '{name}'; expected a name without / + #")
+        for number, each in enumerate(self.faults, 1):
+            lacks = {"at", "robot", "fault"} - set(each)
+            if lacks or not isinstance(each.get("at"), int | float):
+                raise ConfigError(
+                    f"vda5050_faults: entry {number} is {dict(each)}; expected at (in s), robot,"
+                    " fault, and the parameters of the fault"
+                )
+            if each["fault"] not in FAULTS:
+                raise UnknownNameError("fault", str(each["fault"]), FAULTS, "vda5050_faults")
         if self.ca is not None and not self.ca.is_file():
             raise ConfigError(f"--vda5050-ca: there is no file {self.ca}")
         if self.ca is not None and not self._is_secure:
@@ -95,6 +110,7 @@ class FleetLink:
             "version": self.version,
             "interface": self.interface,
             "check": self.check,
+            "faults": [dict(each) for each in self.faults],
             "broker": {
                 "host": host,
                 "port": port,

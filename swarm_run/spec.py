@@ -257,6 +257,7 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
 
     # Without a flag: for files and programs.
     parameters: Mapping[str, Any] = field(default_factory=dict)  # of all navigators, by dotted name
+    vda5050_faults: tuple[Mapping[str, Any], ...] = ()  # of robots: at [s], robot, fault, more
     external: tuple[str, ...] = ()  # robots that nodes of the user drive
     paused: bool = False  # whether time passes by steps only
 
@@ -351,6 +352,7 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
             version=self.vda5050_version,
             interface=self.vda5050_interface,
             check=self.vda5050_check,
+            faults=self.vda5050_faults or None,
             user=self.vda5050_user,
             ca=None if self.vda5050_ca is None else Path(self.vda5050_ca),
         )

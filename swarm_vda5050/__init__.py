@@ -9,6 +9,8 @@
     vehicle      One robot's orders, actions and state: the protocol, without input and output
     zones        Zone sets and releases of version 3.0
     ways         Corridors and trajectories of edges, as ways and floor for the navigator
+    simulated_faults  Faults on demand
+    conformance  The verdict on the fleet control
     dialect      Messages of a version on the wire
     factsheet    What a robot model can do
     broker       A mosquitto of our own on loopback

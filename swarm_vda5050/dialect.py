@@ -21,6 +21,7 @@ from swarm_vda5050.messages import (
     ZoneSetMessage,
 )
 from swarm_vda5050.reading import FieldError, Reader, written
+from swarm_vda5050.simulated_faults import SIMULATED
 from swarm_vda5050.standard import INCOMING, INTERFACES, VERSIONS
 
 LARGEST = 1_000_000  # bytes of a message that is read
@@ -59,7 +60,7 @@ class Identity:
     @property
     def offered(self) -> Mapping[str, ActionOffer]:
         """Actions of the version."""
-        return OFFERED[self.version]
+        return OFFERED[self.version] | SIMULATED
 
     @property
     def topics(self) -> list[str]:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import Enum
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from swarm_common.model.errors import SwarmError
 
-WARNING, FATAL, CRITICAL = "WARNING", "FATAL", "CRITICAL"
+WARNING, URGENT, FATAL, CRITICAL = "WARNING", "URGENT", "FATAL", "CRITICAL"
 
 
 class OrderFault(Enum):
@@ -34,6 +34,7 @@ class OrderFault(Enum):
     BLOCKED_ZONE = ("drivingError", FATAL, "BLOCKED_ZONE_VIOLATION", CRITICAL)
     RELEASE_LOST = ("drivingError", FATAL, "RELEASE_LOST", CRITICAL)
     ACTION = ("actionError", WARNING, "ACTION_FAILED", WARNING)
+    LOCALIZATION = ("localizationError", FATAL, "LOCALIZATION_ERROR", FATAL)
     DRIVING = ("drivingError", WARNING, "DRIVING_INTERRUPTED", WARNING)
 
     def name_in(self, major: int) -> str:
@@ -63,9 +64,19 @@ class OrderRejectedError(SwarmError):
         super().__init__(message)
 
 
+class AnyFault(Protocol):
+    """Something that an error is about."""
+
+    def name_in(self, major: int) -> str:
+        """Return the errorType of a version."""
+
+    def level_in(self, major: int) -> str:
+        """Return the errorLevel of a version."""
+
+
 class ActiveError(NamedTuple):
     """An error that is active."""
 
-    fault: OrderFault
+    fault: AnyFault
     message: str
     references: Mapping[str, str]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import deque
-from collections.abc import Callable, Container
+from collections.abc import Callable, Container, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
@@ -33,16 +33,19 @@ from swarm_run.robots.client import RobotCommander
 from swarm_run.robots.driver import has_goal, is_final, is_for_good
 from swarm_run.robots.status_check import StatusCheck
 from swarm_run.robots.task import Task, TaskResult
+from swarm_vda5050.conformance import Heard
 from swarm_vda5050.dialect import MESSAGES, Dialect, Identity
 from swarm_vda5050.factsheet import factsheet, localization_score
-from swarm_vda5050.faults import OrderFault, OrderRejectedError
+from swarm_vda5050.faults import ActiveError, OrderFault, OrderRejectedError
 from swarm_vda5050.link import Address, BrokerEvent, BrokerEventKind, Link
 from swarm_vda5050.messages import (
     AgvPosition,
     AgvVelocity,
     BatteryState,
+    Header,
     Info,
     MapState,
+    OrderAction,
     Reference,
     SafetyState,
     VehicleState,
@@ -81,6 +84,9 @@ class Pilot:
         is_realistic: bool,
         names: Container[str],
         note: Callable[[str], None],
+        judge: Callable[[Heard], None] | None = None,
+        is_lenient: bool = False,
+        timed: Sequence[tuple[float, OrderAction]] = (),
         rejections: Rejections | None = None,
     ) -> None:
         """Attach to a robot, and connect to the broker.
@@ -90,14 +96,20 @@ class Pilot:
             door: Check of the statuses of all robots.
             names: Names of all robots, for messages about them; may change.
             is_realistic: Whether the robot estimates its pose; otherwise it knows it.
+            judge: Counts what the fleet control keeps and breaks; None for no verdict.
+            timed: Faults that begin by themselves, with their simulated time [s].
             rejections: Counts reports that are rejected, in lockstep; None in free run.
         """
         self.name = identity.serial
-        self.vehicle = Vehicle(ground, identity.offered, spec.circumscribed_radius)
+        self.vehicle = Vehicle(
+            ground, identity.offered, spec.circumscribed_radius, identity.version
+        )
+        self.vehicle.plan_faults(timed)
+        self._judge = judge
         self._identity = identity
         self._spec = spec
         self._ground = ground
-        self._dialect = Dialect(identity)
+        self._dialect = Dialect(identity, is_lenient)
         self._note = note
         self._names = names
         self.robot = RobotCommander(
@@ -148,6 +160,7 @@ class Pilot:
         self._cancelled_at = 0.0
         self._tick = 0
         self._velocity = AgvVelocity(vx=0.0, vy=0.0, omega=0.0)
+        self._is_cut = False  # as simulated
         self._is_silent = False  # its navigator does not run
         self._published: VehicleState | None = None
         self._state_at = 0.0
@@ -201,7 +214,17 @@ class Pilot:
             self.robot.setInitialPose(pose)
         if requests.factsheet:
             self._publish_factsheet()
+        self._simulate_link()
         self._publish(now, is_asked=requests.state)
+
+    def _simulate_link(self) -> None:
+        """Break the connection, or make it again, as a simulated fault wants."""
+        is_cut = self.vehicle.simulated.is_cut
+        if is_cut and not self._is_cut:
+            self._link.cut()
+        elif self._is_cut and not is_cut:
+            self._link.open()
+        self._is_cut = is_cut
 
     @property
     def topic(self) -> PolledTopic | None:
@@ -281,15 +304,23 @@ class Pilot:
         name = arrival.topic.rpartition("/")[2]
         if not arrival.payload:
             return  # the broker was told to forget what it kept
+        message: Header | None
         try:
             if arrival.is_retained:
                 self._note(f"{arrival.topic}: {RETAINED}")
                 raise OrderRejectedError(OrderFault.VALIDATION, f"{name}: {RETAINED}", topic=name)
             message = self._dialect.read(name, arrival.payload)
         except OrderRejectedError as error:
+            message = None
             self.vehicle.reject(error, MESSAGES[name])
+            answers = [ActiveError(error.fault, str(error), error.references)]
+            self._dialect.forgiven = []
         else:
-            self.vehicle.receive(message)
+            answers = self.vehicle.receive(message)
+        if self._judge is not None:
+            forgiven = self._dialect.forgiven
+            is_kept, payload = arrival.is_retained, arrival.payload
+            self._judge(Heard(self.name, name, payload, is_kept, message, answers, forgiven))
 
     # Driving
 
@@ -477,6 +508,8 @@ class Pilot:
         state = self._state()
         if state is None or not self._link.is_open:
             return
+        if not is_asked and now - self._state_at < self.vehicle.simulated.state_period:
+            return
         is_new = self._published is None or _essence(state) != _essence(self._published)
         if is_asked or is_new or now - self._state_at >= STATE_PERIOD:
             self._published, self._state_at = state, now
@@ -512,11 +545,12 @@ class Pilot:
             action_states=vehicle.action_states,
             instant_action_states=vehicle.instant_action_states,
             battery_state=self._battery_state(),
-            operating_mode="MANUAL" if vehicle.is_manual else "AUTOMATIC",
+            operating_mode=vehicle.operating_mode,
             errors=tuple(self._dialect.error(report) for report in vehicle.errors),
             information=_information(status, self._names),
             safety_state=SafetyState(
-                e_stop="NONE", field_violation=status.detail.endswith(OBSTACLE)
+                e_stop=vehicle.simulated.emergency_stop,
+                field_violation=status.detail.endswith(OBSTACLE),
             ),
             zone_sets=vehicle.zones.states,
             zone_requests=vehicle.zones.requests,
@@ -524,19 +558,22 @@ class Pilot:
         )
 
     def _position(self, pose_map: Pose) -> AgvPosition:
-        deviation = self._deviation
+        deviation, is_lost = self._deviation, self.vehicle.simulated.is_lost
+        score = None if deviation is None else localization_score(deviation)
         return AgvPosition(
             x=round(pose_map.x, 4),
             y=round(pose_map.y, 4),
             theta=wrap_angle(pose_map.yaw),
             map_id=self._ground.map_id,
-            position_initialized=True,
-            localization_score=None if deviation is None else localization_score(deviation),
+            position_initialized=not is_lost,
+            localization_score=0.0 if is_lost else score,
             deviation_range=deviation,
         )
 
     def _battery_state(self) -> BatteryState:
         battery, reading = self._spec.battery, self._battery
+        if (charge := self.vehicle.simulated.charge) is not None:
+            return BatteryState(battery_charge=charge, charging=False)
         if battery is None or reading is None:
             return BatteryState(battery_charge=100.0, charging=False)
         return BatteryState(

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import msgspec
 
+from swarm_common.files.layout_io import read_layout
 from swarm_common.files.map_io import load_map
 from swarm_common.files.sites_io import load_sites
 from swarm_common.middleware import ros_env
@@ -20,6 +22,7 @@ from swarm_common.model.grid import OCCUPIED
 from swarm_common.model.sites import Sites
 from swarm_common.process.messages import (
     MISSION,
+    FleetJudged,
     MissionCommand,
     Note,
     RobotDead,
@@ -32,11 +35,14 @@ from swarm_common.process.pipes import EventWriter, StartedProcess, leave
 from swarm_describe.robots.loading import load_robot
 from swarm_run.robots.status_check import StatusCheck
 from swarm_vda5050.broker import Broker
+from swarm_vda5050.conformance import Conformance, summary
 from swarm_vda5050.dialect import Identity
 from swarm_vda5050.link import Address, Link
+from swarm_vda5050.messages import OrderAction, Parameter
 from swarm_vda5050.order_check import DrivingArea
 from swarm_vda5050.pilot import Pilot
 
+VERDICT_FILE = "vda5050.json"  # in the run's folder
 BROKER_PERIOD = 1.0  # [s] of wall time between two looks at our broker
 MOST_TOPICS = 64  # that are waited for at once
 MOST_UNKNOWN = 20  # names of robots that do not exist, of which the user is told
@@ -58,6 +64,10 @@ class VehicleFleet:
         self._rejections = Rejections(events, self._node.get_logger().warning)
         self._door = StatusCheck(self._rejections)
         self._ground = ground_of(config)
+        self.conformance: Conformance | None = None
+        if config["check"]:
+            self.conformance = Conformance(config["version"], self._say, edges_of(config))
+        self._timed = timed_faults(config["faults"])
         self._address = Address(**config["broker"])
         self._pilots: dict[str, Pilot] = {}
         self._waiter = Waiter(self._node.context, MOST_TOPICS)
@@ -120,6 +130,9 @@ class VehicleFleet:
         for pilot in self._pilots.values():
             pilot.close()
 
+    def _say(self, text: str) -> None:
+        self._events.write(Note(text))
+
     def _identity_of(self, name: str) -> Identity:
         config = self._config
         return Identity(config["manufacturer"], name, config["version"], config["interface"])
@@ -141,9 +154,40 @@ class VehicleFleet:
             door=self._door,
             is_realistic=self._config["realistic"],
             names=self._pilots,
-            note=lambda text: self._events.write(Note(text)),
+            note=self._say,
+            judge=None if self.conformance is None else self.conformance.judge,
+            is_lenient=self._config["check"] == "lenient",
+            timed=[(at, action) for robot, at, action in self._timed if robot == name],
             rejections=self._rejections if self._config["is_in_step"] else None,
         )
+
+
+def edges_of(config: dict[str, Any]) -> set[tuple[str, str]] | None:
+    """Return the ends of the edges of the world's layout; None without one."""
+    if config["layout"] is None:
+        return None
+    layout, _ = read_layout(Path(config["layout"]))
+    return {(edge.start_node_id, edge.end_node_id) for edge in layout.edges}
+
+
+def timed_faults(faults: list[dict[str, Any]]) -> list[tuple[str, float, OrderAction]]:
+    """Return the robot, the time [s] and the instant action of each fault of a run's file."""
+    return [
+        (
+            each["robot"],
+            float(each["at"]),
+            OrderAction(
+                action_type=each["fault"],
+                action_id=f"timed-{number}",
+                action_parameters=tuple(
+                    Parameter(key=key, value=value)
+                    for key, value in each.items()
+                    if key not in ("robot", "at", "fault")
+                ),
+            ),
+        )
+        for number, each in enumerate(faults, 1)
+    ]
 
 
 def ground_of(config: dict[str, Any]) -> DrivingArea:
@@ -177,6 +221,7 @@ def main(arguments: list[str] | None = None) -> int:
         return child.refuse(error)
     events.write(Note(f"VDA 5050: {len(config['robots'])} robots at {Address(**config['broker'])}"))
     due = broker_due = 0.0
+    verdict = child.path.parent.parent / VERDICT_FILE
     while not child.is_stopping:
         fleet.wait()
         if time.monotonic() >= due:
@@ -189,6 +234,11 @@ def main(arguments: list[str] | None = None) -> int:
                 if broker.revive():
                     events.write(Note("the MQTT broker ended; it is started again"))
     fleet.close()
+    if fleet.conformance is not None:
+        fleet.conformance.write(verdict, config["check"])
+        report = fleet.conformance.report(config["check"])
+        is_failed = config["check"] == "strict" and bool(report["broken"])
+        events.write(FleetJudged(summary(report), str(verdict), is_failed=is_failed))
     if broker is not None:
         broker.stop()
     return 0

@@ -38,6 +38,7 @@ from swarm_vda5050.messages import (
     ZoneSetMessage,
 )
 from swarm_vda5050.order_check import STOP_RADIUS, DrivingArea, check_order
+from swarm_vda5050.simulated_faults import DRIVES_ON, SIMULATED, SimulatedFaults
 from swarm_vda5050.ways import corridor_area, is_followed, line_of
 from swarm_vda5050.zones import ZoneKeeper
 
@@ -93,6 +94,7 @@ class Vehicle:
         driven: Distance [m] since the last node.
         senses: How the robot was last; None before the first word of it.
         zones: Its zone sets; of 3.0.
+        simulated: Faults on demand.
     """
 
     def __init__(
@@ -100,6 +102,7 @@ class Vehicle:
         ground: DrivingArea,
         offered: Mapping[str, ActionOffer] = OFFERED["2.1"],
         radius: float = 0.0,
+        version: str = "2.1",
     ) -> None:
         """Begin without an order.
 
@@ -108,6 +111,9 @@ class Vehicle:
             radius: [m] of the robot's body.
         """
         self.zones = ZoneKeeper(ground.map_id, radius)
+        self.simulated = SimulatedFaults(version)
+        self._timed: list[tuple[float, OrderAction]] = []  # instant actions of ours, by time [s]
+        self._answers: list[ActiveError] = []  # to the message that is being received
         self._radius = radius
         self.order_id = ""
         self.order_update_id = 0
@@ -139,15 +145,17 @@ class Vehicle:
 
     # What the fleet control sends
 
-    def receive(self, message: Header) -> None:
-        """Accept a message, or report why not."""
+    def receive(self, message: Header) -> list[ActiveError]:
+        """Accept a message, or report why not; return the errors that answer it."""
+        self._answers = []
         try:
             match message:
                 case DriveOrder():
-                    self._accept(message)
+                    if self.simulated.takes_order():
+                        self._accept(message)
                 case InstantActions():
                     for action in message.actions:
-                        self._begin_instant(action, message)
+                        self._begin_instant(action, message.references)
                 case ZoneSetMessage():
                     self.zones.add(message.zone_set)
                     self._rejections.pop(ZoneSetMessage, None)
@@ -156,6 +164,15 @@ class Vehicle:
         except OrderRejectedError as error:
             self.reject(error, type(message), **message.references)
         self._advance()
+        return self._answers
+
+    def plan_faults(self, timed: Sequence[tuple[float, OrderAction]]) -> None:
+        """Have instant actions begin at a time, as if a fleet control had sent them then.
+
+        Args:
+            timed: Simulated time [s] of each.
+        """
+        self._timed = sorted(timed, key=lambda pair: pair[0])
 
     def reject(self, error: OrderRejectedError, kind: type[Header], **more: str) -> None:
         """Report that a message was rejected.
@@ -165,6 +182,7 @@ class Vehicle:
         """
         errors = self._rejections.setdefault(kind, [])
         report = ActiveError(error.fault, str(error), {**more, **error.references})
+        self._answers.append(report)
         if report not in errors:
             errors.append(report)
             del errors[:-MOST_KEPT]
@@ -174,16 +192,21 @@ class Vehicle:
     def sense(self, senses: RobotSenses) -> None:
         """Update the state of the robot; time passes."""
         before, self.senses = self.senses, senses
+        self.simulated.pass_time(senses.now)
+        while self._timed and self._timed[0][0] <= senses.now:
+            self._begin_instant(self._timed.pop(0)[1], {})
+        mode = self.simulated.mode or DRIVES_ON[0]
+        is_by_hand = senses.is_by_hand or mode not in DRIVES_ON
         if before is not None:
             self.driven += senses.pose_map.distance(before.pose_map)
-        if senses.is_by_hand and not self.is_manual:
+        if is_by_hand and not self.is_manual:
             was_busy = self.is_busy
             self._drop_order(BY_HAND)
             if was_busy:
                 self._drive_error = ActiveError(
                     OrderFault.DRIVING, BY_HAND, {"orderId": self.order_id}
                 )
-        self.is_manual = senses.is_by_hand
+        self.is_manual = is_by_hand
         if before is not None:
             self._pass_nodes(before.pose_map)
         self.zones.look(self._way, senses.utc)
@@ -228,6 +251,7 @@ class Vehicle:
     def leg(self) -> DriveLeg | None:
         """Where to drive; None to stand."""
         is_kept = self.is_paused or self.is_manual or self._cancel is not None or self._is_stuck
+        is_kept = is_kept or self.simulated.holds
         if is_kept or self.senses is None or self.senses.now < self._retry_at:
             return None
         if not self._nodes or not self._nodes[0].released or self._is_blocked:
@@ -295,7 +319,13 @@ class Vehicle:
         """All active errors."""
         driving = [self._drive_error] if self._drive_error else []
         rejected = [error for errors in self._rejections.values() for error in errors]
-        return [*rejected, *self._action_errors, *driving, *self.zones.errors]
+        own = [*rejected, *self._action_errors, *driving, *self.zones.errors]
+        return [*own, *self.simulated.errors]
+
+    @property
+    def operating_mode(self) -> str:
+        """The operating mode, by its name inside the package."""
+        return self.simulated.mode or ("MANUAL" if self.is_manual else DRIVES_ON[0])
 
     @property
     def node_states(self) -> tuple[NodeState, ...]:
@@ -321,8 +351,9 @@ class Vehicle:
 
     def _accept(self, order: DriveOrder) -> None:
         check_order(order, self._ground, self._offered)
-        if self.is_manual:
-            raise OrderRejectedError(OrderFault.NOT_AVAILABLE, "the robot is driven by hand")
+        if self.is_manual or self.simulated.is_lost:
+            why = "does not know where it is" if self.simulated.is_lost else "is driven by hand"
+            raise OrderRejectedError(OrderFault.NOT_AVAILABLE, f"the robot {why}")
         if order.order_id != self.order_id:
             self._check_new(order)
             self._begin(order)
@@ -517,7 +548,9 @@ class Vehicle:
     def _start(self, action: RunningAction, now: float) -> None:
         action.begin(now)
         load_id = action.action.parameter("loadId")
-        if action.kind == "pick" and self.load is not None:
+        if self.simulated.fails(action.kind):
+            action.fail("simulated failure")
+        elif action.kind == "pick" and self.load is not None:
             action.fail("the robot has a load")
         elif action.kind == "drop" and self.load is None:
             action.fail("the robot has no load")
@@ -580,11 +613,11 @@ class Vehicle:
 
     # Instant actions
 
-    def _begin_instant(self, action: OrderAction, message: InstantActions) -> None:
+    def _begin_instant(self, action: OrderAction, references: Mapping[str, str]) -> None:
         try:
             self._check_instant(action)
         except OrderRejectedError as error:
-            self.reject(error, InstantActions, **message.references, actionId=action.action_id)
+            self.reject(error, InstantActions, **references, actionId=action.action_id)
 
     def _check_instant(self, action: OrderAction) -> None:
         known = self._seen.get(action.action_id)
@@ -641,6 +674,13 @@ class Vehicle:
                     run.fail(problem)
                 else:
                     run.finish()
+            case kind if kind in SIMULATED:
+                assert self.senses is not None
+                given = {each.key: each.value for each in run.action.action_parameters}
+                if problem := self.simulated.begin(kind, given, self.senses.now):
+                    run.fail(problem)
+                    raise OrderRejectedError(OrderFault.INSTANT, problem)
+                run.finish("simulated")
 
     def _begin_cancel(self, run: RunningAction) -> None:
         wanted = run.action.parameter("orderId", self.order_id)

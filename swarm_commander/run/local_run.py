@@ -45,6 +45,7 @@ class LocalRun(RunPart):
         self._start: Start | None = None  # known when the world is built
         self._has_ticked = False
         self._recorded: say.RecordingEnded | None = None
+        self._judged: say.FleetJudged | None = None
         self._is_released = False  # whether the navigators were told to start
         self._has_sent = False  # whether a mission process has, be it one that died since
         self._unmet = set(MEETING) if ros_env.is_large(plan.spec.size) else set()
@@ -181,6 +182,9 @@ class LocalRun(RunPart):
                 run.tell(WORLD, say.BeginTime())
             case say.RecordingEnded():
                 self._on_recording_ended(event)
+            case say.FleetJudged(text=text, file=file):
+                self._judged = event
+                run.progress.note(f"{text} ({file})")
             case say.ViewerOpened(url=url):
                 run.progress.pin(f"viewer: {url}")
                 if self._plan.spec.opens_viewer:
@@ -250,6 +254,8 @@ class LocalRun(RunPart):
         if (told := self._recorded) is not None:
             lost = {"lost": told.lost, "missing": told.missing}
             report["recording"] = {"messages": told.messages, **lost}
+        if (judged := self._judged) is not None:
+            report["fleet_control"] = {"verdict": judged.text, "is_failed": judged.is_failed}
         self._navigators.complete(report)
 
     def located(self, message: str) -> str:

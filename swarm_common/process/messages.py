@@ -311,6 +311,14 @@ class RecordingEnded(EventBase, frozen=True, tag="recorded"):
     missing: list[str] = []  # topics that stay for latecomers, and did not reach it
 
 
+class FleetJudged(EventBase, frozen=True, tag="judged"):
+    """The verdict on a fleet control, which `file` has rule by rule."""
+
+    text: str
+    file: str
+    is_failed: bool = False  # whether it ends the run with exit code 1
+
+
 class ViewerOpened(EventBase, frozen=True, tag="viewer"):
     """The browser view is served."""
 
@@ -479,7 +487,7 @@ MissionEvent = (
     | FloorReported
     | StationDone
 )
-OnlookerEvent = RecordingEnded | ViewerOpened
+OnlookerEvent = RecordingEnded | FleetJudged | ViewerOpened
 ServerEvent = (
     HostJoined
     | HostRejected

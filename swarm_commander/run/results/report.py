@@ -151,6 +151,7 @@ def exit_code(report: Mapping[str, Any], *, is_unfinished: bool, component_faile
         return COMPONENT_FAILED
     goals, collisions = report["goals"], report["collisions"]
     missed = goals["failed"] or is_unfinished or report.get("recording", {}).get("missing")
+    missed = missed or report.get("fleet_control", {}).get("is_failed")
     if missed or collisions["robot_robot"] or collisions["robot_world"]:
         return MISSED
     return OK

@@ -9,10 +9,11 @@ from swarm_common.model.central import Coordination
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_nav.core.plugins import RULE_NAMES
-from swarm_run.fleet_link import VERSIONS, FleetLink, find_mosquitto, fleet_link
+from swarm_run.fleet_link import FAULTS, VERSIONS, FleetLink, find_mosquitto, fleet_link
 from swarm_run.plan import FLEET_RULES, check_plan
 from swarm_run.spec import RunSpec
 from swarm_vda5050 import standard
+from swarm_vda5050.simulated_faults import SIMULATED
 
 
 def test_addresses_are_read():
@@ -39,6 +40,11 @@ def test_addresses_are_read():
         ({"url": "embedded", "manufacturer": "a/b"}, "--manufacturer"),
         ({"url": "embedded", "interface": "a/b"}, "--vda5050-interface"),
         ({"url": "embedded", "check": "strikt"}, "did you mean 'strict'"),
+        ({"url": "embedded", "faults": ({"robot": "a"},)}, "expected at"),
+        (
+            {"url": "embedded", "faults": ({"at": 1, "robot": "a", "fault": "simErorr"},)},
+            "did you mean 'simError'",
+        ),
         ({"url": "embedded", "ca": Path("none.pem")}, "no file"),
         ({"url": "embedded", "ca": Path(__file__)}, "mqtts://"),
     ],
@@ -50,6 +56,7 @@ def test_what_makes_no_sense_is_refused(given, word):
 
 def test_the_options_know_the_versions_of_the_standard():
     assert tuple(standard.VERSIONS) == VERSIONS
+    assert tuple(SIMULATED) == FAULTS
 
 
 def test_a_port_or_broker_that_cannot_be_used_is_named(monkeypatch):
