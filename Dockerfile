@@ -11,7 +11,7 @@ RUN apt-get update \
 COPY . /opt/swarm-workbench
 WORKDIR /opt/swarm-workbench
 ENV PIP_NO_CACHE_DIR=1
-RUN tools/bootstrap.sh
+RUN tools/bootstrap.sh && .venv/bin/swarm-setup
 
 FROM debian:12-slim
 # hadolint ignore=DL3008

@@ -25,7 +25,7 @@ pure := $(filter-out tests/graph $(faults) tests/scenario tests/unit,$(patsubst 
 	$(filter-out $(commands),$(patsubst %/,%,$(wildcard tests/unit/*/))) $(wildcard tests/unit/*.py)
 DEMO := --swarm-size 20 --world slim_blockage --mission loading_route --viewer
 
-.PHONY: help demo test test-style test-kernels test-live test-graph test-faults test-pure test-commands test-robots \
+.PHONY: help demo test test-style test-compiled test-kernels test-live test-graph test-faults test-pure test-commands test-robots \
 	test-worlds test-hall test-runs test-wheel setup docs clean
 
 help:
@@ -34,10 +34,10 @@ help:
 demo: .venv/.ready-run
 	.venv/bin/swarm-up $(DEMO)
 
-# Tests wait for processes, so three jobs at a time keep two cores busy.
+# Tests wait for processes, so four jobs at a time keep two cores busy.
 test: .venv/.ready-test
-	$(MAKE) --jobs=3 --output-sync=target --no-print-directory test-kernels test-style \
-		test-graph test-runs test-pure test-commands test-live test-wheel test-faults test-robots test-worlds \
+	$(MAKE) --jobs=4 --output-sync=target --no-print-directory test-compiled test-kernels test-style \
+		test-pure test-graph test-runs test-commands test-live test-wheel test-faults test-robots test-worlds \
 		test-hall
 
 test-style: .venv/.ready-test
@@ -47,13 +47,17 @@ test-style: .venv/.ready-test
 	.venv/bin/lint-imports --no-logo
 	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --strict
 
-test-kernels: .venv/.ready-test
+test-compiled: .venv/.ready-test
 	.venv/bin/swarm-setup
+	@touch .venv/.ready-run
 	.venv/bin/python -c "from swarm_common.process.compiled_code import is_compiled; is_compiled() or exit('navigators are not compiled')"
-	.venv/bin/python -c "from swarm_nav.launch.warm_up import warm_up; warm_up()"
+
+# The kernels are those of compiled navigators, too.
+test-kernels: .venv/.ready-test
+	SWARM_INTERPRETED=1 .venv/bin/python -c "from swarm_nav.launch.warm_up import warm_up; warm_up()"
 
 # What takes longest starts first, once navigators and kernels are compiled, as users have them.
-test-live test-graph test-faults test-pure test-commands test-robots test-worlds test-hall test-runs test-wheel: test-%: test-kernels
+test-live test-graph test-faults test-pure test-commands test-robots test-worlds test-hall test-runs test-wheel: test-%: test-compiled test-kernels
 	.venv/bin/pytest $($*)
 
 setup: .venv/.ready-run
@@ -63,15 +67,16 @@ docs: .venv/.ready-docs
 
 .venv/.ready-run: $(inputs)
 	tools/bootstrap.sh
+	.venv/bin/swarm-setup
 	@touch $@
 
 .venv/.ready-test: $(inputs)
 	tools/bootstrap.sh dev,bench,docs,vda5050
-	@touch $@ .venv/.ready-run .venv/.ready-docs
+	@touch $@ .venv/.ready-docs
 
 .venv/.ready-docs: $(inputs)
 	tools/bootstrap.sh docs
-	@touch $@ .venv/.ready-run
+	@touch $@
 
 clean:
 	rm -rf .venv runs

@@ -78,8 +78,7 @@ def ensure_compiled() -> bool:
     compiled_folders().mkdir(parents=True, exist_ok=True)
     draft = Path(tempfile.mkdtemp(prefix="draft-", dir=compiled_folders()))
     try:
-        for extension in _translate(draft):
-            _build(extension, draft / folder.name)
+        _build(_translate(draft), draft / folder.name)
         with contextlib.suppress(OSError):  # another process was faster
             (draft / folder.name).rename(folder)
     finally:
@@ -118,20 +117,22 @@ def _translate(draft: Path) -> list[dict[str, Any]]:
     return extensions
 
 
-def _build(extension: dict[str, Any], target: Path) -> None:
-    """Compile and link one extension with all cores."""
+def _build(extensions: list[dict[str, Any]], target: Path) -> None:
+    """Compile and link extensions with all cores."""
     compiler = find_compiler("CC", "gcc", os.environ)
-    folders = [*extension["include_dirs"], sysconfig.get_path("include")]
-    includes = [f"-I{folder}" for folder in folders]
-    flags = [*extension["extra_compile_args"], *FLAGS, *includes]
-    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+
+    def compile_source(extension: dict[str, Any], source: str) -> None:
+        folders = [*extension["include_dirs"], sysconfig.get_path("include")]
+        flags = [*extension["extra_compile_args"], *FLAGS, *(f"-I{folder}" for folder in folders)]
+        run_tool([compiler, *flags, "-c", source, "-o", f"{source}.o"])
+
+    def link(extension: dict[str, Any]) -> None:
+        library = target / (extension["name"].replace(".", os.sep) + SUFFIX)
+        library.parent.mkdir(parents=True, exist_ok=True)
         objects = [f"{source}.o" for source in extension["sources"]]
-        calls = [
-            pool.submit(run_tool, [compiler, *flags, "-c", source, "-o", made])
-            for source, made in zip(extension["sources"], objects, strict=True)
-        ]
-        for call in calls:
-            call.result()
-    library = target / (extension["name"].replace(".", os.sep) + SUFFIX)
-    library.parent.mkdir(parents=True, exist_ok=True)
-    run_tool([compiler, "-shared", *objects, "-o", str(library)])
+        run_tool([compiler, "-shared", *objects, "-o", str(library)])
+
+    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+        works = [(each, source) for each in extensions for source in each["sources"]]
+        list(pool.map(lambda work: compile_source(*work), works))
+        list(pool.map(link, extensions))

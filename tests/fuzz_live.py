@@ -222,6 +222,7 @@ class Fuzzer:
         self, swarm: Swarm, seed: int, only: str = "", tick_limit: float = TICK_LIMIT
     ) -> None:
         self.outcome = Outcome()
+        self._log = (swarm.folder / "inputs.log").open("w", encoding="utf-8", errors="replace")
         self._swarm = swarm
         self._tick_limit = tick_limit
         self._rng = random.Random(seed)
@@ -434,6 +435,7 @@ class Fuzzer:
         for number in range(count):
             target = self._rng.choice(self._targets)
             self._recent.append((time.monotonic(), target.throw()))
+            self._log.write(f"{time.time():.3f} {self._recent[-1][1]!r}\n")
             outcome.sent[target.name.replace("Srobot1", "K")] += 1
             if number in marks:
                 outcome.memory.append(self._memory())

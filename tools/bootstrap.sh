@@ -1,5 +1,5 @@
 #!/bin/sh
-# Sets up .venv: Python environment, dependencies, ROS 2 interface packages.
+# Sets up .venv: Python environment and dependencies; swarm-setup does the rest.
 # Usage: tools/bootstrap.sh [EXTRAS]      (extras of pyproject.toml, like dev,bench)
 # Called by the Makefile, which skips it while nothing has changed since.
 set -eu
@@ -83,4 +83,3 @@ fi
 echo "installing dependencies into .venv (a few minutes the first time)"
 .venv/bin/python -m pip install --quiet --upgrade pip
 .venv/bin/python -m pip install --quiet --editable ".${extras:+[$extras]}"
-.venv/bin/swarm-setup

@@ -19,6 +19,7 @@ from tests.fakes.programs import ROOT, run_program
 from tests.fakes.ros_domains import reserved_domain
 
 COMMAND = "from swarm_commander.cli.main import {0}; {0}()"
+ROS2 = "from swarm_ros2.cli import main; main()"
 MODULES = {
     "world": "swarm_sim.ros.node",
     "mission": "swarm_commander.mission.runner",
@@ -119,6 +120,11 @@ class RealSwarm:
 
     def run(self, name: str, *words: str) -> subprocess.CompletedProcess[str]:
         return run_program((*command(name), *words), self.environment, cwd=self.folder)
+
+    def hurry(self) -> None:
+        """Let it go on as fast as it can, once what has to happen at its pace has happened."""
+        words = ("param", "set", "/sim/world", "speed", "0.0")
+        run_program((sys.executable, "-c", ROS2, *words), self.environment, check=True)
 
     def wait_until_active(self) -> None:
         self.wait_until(lambda: "all robots are active" in self.output)

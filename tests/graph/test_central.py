@@ -22,6 +22,7 @@ def test_robots_reach_all_goals_alone_when_the_centre_dies(start):
     swarm = start(*FLAGS, "--swarm-size", "4", "--no-restart")
     swarm.wait_until(lambda: swarm.sim_time() >= LED)
     assert swarm.send("centre", signal.SIGKILL)
+    swarm.hurry()
     swarm.wait_for_end()
     report = swarm.report()
     assert report["failures"], swarm.output

@@ -90,7 +90,7 @@ def test_a_station_inside_a_wall_is_bad_input(start, tmp_path):
     assert "loader_3" in swarm.output.splitlines()[-1]
 
 
-@pytest.mark.slow
+@pytest.mark.long  # fewer drive on the graph in tests that always run, twenty in the bench
 def test_twenty_robots_drive(start):
     report = run(start, "--swarm-size", "20", "--duration", "15", limit=360.0)
     assert min(robot["distance"] for robot in report["robots"].values()) > 0.5

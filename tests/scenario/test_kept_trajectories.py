@@ -3,6 +3,7 @@
 `python -m tests.kept_trajectories` writes the hashes anew.
 """
 
+import functools
 import json
 import sys
 from pathlib import Path
@@ -12,7 +13,8 @@ import pytest
 
 from swarm_common.process.compiled_code import SWITCH, compiled_folder, is_compiled
 from tests.fakes.programs import run_program
-from tests.kept_trajectories import KEPT, RUNS, libraries, trajectory
+from tests.kept_trajectories import KEPT, RUNS, libraries
+from tests.kept_trajectories import trajectory as run_of
 
 ROOT = Path(__file__).resolve().parents[2]
 OTHERS = ("corridor, realistic", "walkers, realistic, rigid bodies")
@@ -20,6 +22,8 @@ OTHERS = ("corridor, realistic", "walkers, realistic, rigid bodies")
 SIMD = np.show_config(mode="dicts")["SIMD Extensions"]
 PLAIN_NUMPY = {"NPY_DISABLE_CPU_FEATURES": ",".join(SIMD.get("found", ()))}
 OLD_PROCESSOR = PLAIN_NUMPY | {"OPENBLAS_CORETYPE": "Prescott"}
+
+trajectory = functools.cache(run_of)  # of this process
 
 
 def in_another_process(variables, *names):

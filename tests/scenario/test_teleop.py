@@ -99,6 +99,7 @@ def test_a_robot_driven_by_hand_touches_nothing_and_does_its_mission_afterwards(
         text, _ = hand.communicate(timeout=LIMIT)
         assert "Srobot1 is on its own again" in text
         assert hand.returncode == 0
+        swarm.hurry()
         report = swarm.good_report(LIMIT)
     assert report["goals"] == {"sent": 2, "reached": 2, "failed": 0, "pending": 0}
     assert report["collisions"] == {"robot_robot": 0, "robot_world": 0}
