@@ -17,17 +17,20 @@ from numpy.typing import NDArray
 from swarm_common.model.beacon import (
     BEACON_DTYPE,
     BEACON_WORDS,
+    FLAG_DEAF,
     FLAG_LEFT,
+    FLAG_STUCK,
     BeaconArray,
     Reception,
     word_of,
 )
 from swarm_common.model.errors import ConfigError
-from swarm_common.model.records import CONTROL_PERIOD, FloatArray, stamp_from_tick
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, stamp_from_tick
 from swarm_sim.sensing import radio_kernels
 
 FAREWELL_TICKS = 50  # for which all are told that a robot was removed; late robots hear it, too
 ID = word_of("id")
+KEPT = ("id", "radius", "priority", "footprint_size", "footprint")  # of a robot that was moved
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,6 +60,7 @@ class Radio:
         delay_ticks = math.ceil(config.delay / CONTROL_PERIOD - 1e-9)
         silence = _Wave(np.zeros((0, BEACON_WORDS), np.uint32), np.zeros((count, 0), np.bool_), 0)
         self._farewells: dict[int, int] = {}  # ticks until which they are sent, by id
+        self._stand_ins: dict[int, tuple[int, np.void]] = {}  # index and beacon, by id
         self._under_way: deque[_Wave] = deque([silence] * (delay_ticks + 1))
 
     def add(self) -> None:
@@ -71,13 +75,28 @@ class Radio:
         The radio tells every robot, regardless of range and losses, because a robot that only
         fell silent would stay an obstacle to the others for ever.
         """
-        for wave in self._under_way:
-            wave.drop(robot_id)
+        self._silence(robot_id)
         self._farewells[robot_id] = tick + FAREWELL_TICKS
 
+    def speak_for(self, robot: int, beacon: np.void) -> None:
+        """Send a robot's beacon to all others until it is welcome; its own in transit are lost.
+
+        A robot that was put elsewhere does not know at once. Meanwhile it tells nobody where it
+        stands, and others' LiDARs may look over it.
+        """
+        robot_id = int(beacon["id"])
+        self._silence(robot_id)
+        self._stand_ins[robot_id] = robot, beacon
+
     def welcome(self, robot_id: int) -> None:
-        """Stop the farewells of a robot that is there again."""
+        """Let a robot speak for itself: it is there again, or knows where it is."""
         self._farewells.pop(robot_id, None)
+        self._stand_ins.pop(robot_id, None)
+
+    def _silence(self, robot_id: int) -> None:
+        self.welcome(robot_id)
+        for wave in self._under_way:
+            wave.drop(robot_id)
 
     def send(self, tick: int, beacons: Sequence[np.void | None], positions: FloatArray) -> None:
         """Accept the beacons that robots send at a tick; ends the tick."""
@@ -93,17 +112,21 @@ class Radio:
         )
         self._under_way.popleft()
         wave = _Wave(sent, heard, count)
-        if self._farewells:
-            wave.add_for_all(self._farewell_beacons(tick))
+        if self._farewells or self._stand_ins:
+            spoken_for = [robot for robot, _ in self._stand_ins.values()]
+            wave.add_for_all(self._announcements(tick), spoken_for)
         self._under_way.append(wave)
 
-    def _farewell_beacons(self, tick: int) -> NDArray[np.uint32]:
-        """Return the beacons (s, words) that say of robots that they were taken out."""
+    def _announcements(self, tick: int) -> NDArray[np.uint32]:
+        """Return the beacons (s, words) of robots that were taken out or are spoken for."""
         self._farewells = {i: last for i, last in self._farewells.items() if tick <= last}
-        beacons = np.zeros(len(self._farewells), BEACON_DTYPE)
-        beacons["id"] = list(self._farewells)
+        count = len(self._farewells)
+        beacons = np.zeros(count + len(self._stand_ins), BEACON_DTYPE)
+        beacons["id"][:count], beacons["flags"][:count] = list(self._farewells), FLAG_LEFT
+        for row, (_, beacon) in enumerate(self._stand_ins.values(), count):
+            beacons[row] = beacon
         beacons["sec"], beacons["nanosec"] = stamp_from_tick(tick)
-        beacons["tick"], beacons["flags"] = tick, FLAG_LEFT
+        beacons["tick"] = tick
         return beacons.view(np.uint32).reshape(-1, BEACON_WORDS)
 
     def reception(self, receiver: int) -> Reception:
@@ -113,6 +136,24 @@ class Radio:
     def heard(self, receiver: int) -> BeaconArray:
         """Return the same, copied."""
         return self.reception(receiver).beacons
+
+
+def standing_beacon(last: np.void, pose: Pose) -> np.void:
+    """Return the beacon of a robot that stands, inactive and deaf, and claims its place only.
+
+    Args:
+        last: Gives radius, priority and footprint.
+        pose: Of base_footprint in map.
+    """
+    beacon = np.zeros(1, BEACON_DTYPE)
+    for name in KEPT:
+        beacon[name] = last[name]
+    beacon["flags"] = FLAG_DEAF | FLAG_STUCK
+    beacon["pose"] = pose.x, pose.y, pose.yaw
+    beacon["held"][:, 0], beacon["held_size"] = (pose.x, pose.y), 1
+    beacon["target"] = beacon["station"] = math.nan
+    made: np.void = beacon[0]
+    return made
 
 
 class _Wave:
@@ -141,14 +182,16 @@ class _Wave:
         """Let nobody hear a robot."""
         self._take(self._sent[:, ID] != robot_id)
 
-    def add_for_all(self, beacons: NDArray[np.uint32]) -> None:
-        """Let everybody hear further beacons, too.
+    def add_for_all(self, beacons: NDArray[np.uint32], spoken_for: Sequence[int]) -> None:
+        """Let everybody hear further beacons, too, but nobody its own.
 
         Args:
-            beacons: (k, words) in any order.
+            beacons: (k, words) in any order, those of the robots that are spoken for last.
+            spoken_for: Their indices.
         """
         self._sent = np.vstack([self._sent, beacons])
         everybody = np.ones((len(self._heard), len(beacons)), np.bool_)
+        everybody[spoken_for, range(len(beacons) - len(spoken_for), len(beacons))] = False
         self._heard = np.hstack([self._heard, everybody])
         self._take(np.argsort(self._sent[:, ID], kind="stable"))
 

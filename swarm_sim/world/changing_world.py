@@ -16,6 +16,7 @@ from swarm_common.model.shapes import Transform
 from swarm_describe.robots.description import RobotModel
 from swarm_describe.worlds.scene import Body
 from swarm_sim.sensing.lidar import overlooked
+from swarm_sim.sensing.radio import standing_beacon
 from swarm_sim.world.world import World
 
 PARKED = 1e6  # [m] from the origin
@@ -113,12 +114,20 @@ class ChangingWorld(World):
         if self._lidars is not None:
             self._lidars.forget(robot, place)
 
-    def mute(self, robot_id: int) -> None:
-        """Announce to all that a robot no longer holds the space at its former place."""
-        self._radio.forget(robot_id, self.tick)
+    def speak_for(self, robot: int, robot_id: int, pose: Pose) -> None:
+        """Tell all where a robot stands that was put there and does not know it yet.
 
-    def unmute(self, robot_id: int) -> None:
-        """Let a robot that was muted be heard again."""
+        One that never said where it is holds no space: all are told to forget it.
+        """
+        last = self.last_beacons[robot]
+        if last is None:
+            self._radio.forget(robot_id, self.tick)
+        else:
+            self.last_beacons[robot] = beacon = standing_beacon(last, pose)
+            self._radio.speak_for(robot, beacon)
+
+    def let_speak(self, robot_id: int) -> None:
+        """Let a robot that was spoken for be heard again."""
         self._radio.welcome(robot_id)
 
     @property

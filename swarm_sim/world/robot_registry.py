@@ -144,7 +144,7 @@ class RobotRegistry:
 
     def settle(self, robot: int) -> None:
         """Let a robot be heard again that knows where it was put."""
-        self._world.unmute(self._number_of(robot))
+        self._world.let_speak(self._number_of(robot))
 
     @property
     def spawned(self) -> list[str]:
@@ -155,7 +155,7 @@ class RobotRegistry:
         return self._names.number_of(self._world.names[robot])
 
     def _put(self, robot: int, pose: Pose) -> None:
-        self._world.mute(self._number_of(robot))
+        self._world.speak_for(robot, self._number_of(robot), pose)
         self._world.place(robot, pose)
 
     # Checks

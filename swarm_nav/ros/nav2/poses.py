@@ -18,7 +18,6 @@ from swarm_nav.ros.nav2.goals import UnknownFrameError
 
 BASE = "base_footprint"
 LEAST_DEVIATION, MOST_DEVIATION = 0.01, 2.0  # [m] and [rad] that a client's covariance may mean
-BASE = "base_footprint"
 PATIENCE, PERIOD = 2.0, 0.01  # [s] of wall time for `tf_static` to come, and between two polls
 Place = tuple[float, float, float]  # x, y, z [m]
 Quaternion = tuple[float, float, float, float]  # x, y, z, w
@@ -94,7 +93,6 @@ def deviation_in(covariance: Sequence[float]) -> tuple[float, float]:
     Returns:
         Deviations of x and y [m], the larger one, and of yaw [rad]; `START_DEVIATION` in place of
         zeros and of what is no variance.
-        what is no variance.
     """
     variances = (max(covariance[0], covariance[7]), covariance[35])
     place, yaw = (

@@ -122,6 +122,8 @@ class Moves:
     def hold(self, commands: list[Twist | None], beacons: list[np.void | None]) -> list[int]:
         """Let robots stand, and nobody hear them, that think that they are elsewhere.
 
+        The radio speaks for them meanwhile.
+
         Args:
             commands: One per robot; those of robots that do not know are replaced by a stop.
             beacons: One per robot; those of robots that do not know are replaced by None.

@@ -79,7 +79,7 @@ def start_navigator(swarm, event):
 
 
 def answering(swarm):
-    return swarm.world.named("progress")[-1]["answering"]
+    return swarm.world.named("progress")[-1].get("answering", 0)
 
 
 def speaks(swarm, name):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from swarm_common.model.beacon import FLAG_LEFT, empty_beacons
+from swarm_common.model.beacon import FLAG_DEAF, FLAG_LEFT, empty_beacons
 from swarm_common.model.errors import WorldError
 from swarm_common.model.records import Pose, Twist
 from swarm_describe.robots.loading import open_robot
@@ -151,6 +151,31 @@ def test_everybody_is_told_that_a_robot_was_taken_out():
         world.step([None] * 2, [beacons[0], None])
     assert told == list(range(told[0], told[0] + FAREWELL_TICKS + 1))
     assert told[0] == 4  # a tick, and the delay of two
+
+
+def test_all_others_hear_where_a_robot_stands_that_does_not_know_where_it_was_put():
+    radio = RadioConfig(range=2.0, loss=1.0)
+    world = make_world("planar", Pose(-5.0, 0.0, 0.0), Pose(5.0, 0.0, 1.0), radio=radio)
+    beacons = empty_beacons(2)
+    beacons["id"], beacons["radius"], beacons["held_size"] = (1, 2), 0.3, 4
+    beacons["wanted_size"] = 2
+    world.step([None] * 2, list(beacons))
+    place = Pose(1.0, 2.0, 0.5)
+    world.place(1, place)
+    world.speak_for(1, 2, place)
+    for _ in range(FAREWELL_TICKS + 10):
+        world.step([None] * 2, [beacons[0], None])
+        other, itself = (observed.neighbors for observed in world.observe())
+        assert (len(other), len(itself)) == (1, 0)
+        (heard,) = other
+        assert (heard["id"], heard["tick"]) == (2, world.tick - 1)
+        assert heard["flags"] & (FLAG_DEAF | FLAG_LEFT) == FLAG_DEAF
+        assert heard["pose"].tolist() == [1.0, 2.0, 0.5]
+        assert heard["held"][: heard["held_size"]].tolist() == [[1.0, 2.0]]
+        assert (heard["wanted_size"], heard["radius"]) == (0, np.float32(0.3))
+    world.let_speak(2)
+    world.step([None] * 2, list(beacons))
+    assert all(len(observed.neighbors) == 0 for observed in world.observe())
 
 
 def test_room_is_asked_for():

@@ -7,14 +7,18 @@ import pytest
 
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose, Twist
+from swarm_common.model.sites import Sites
 from swarm_describe.robots.spec import parse_battery
 from swarm_describe.worlds.world_file import find_world
+from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.core.goals import Goal, GoalKind
 from swarm_sim.ros.build import build
 from swarm_sim.ros.settings import RobotEntry, Settings
 from swarm_sim.world.model_reader import read_robot
 from swarm_sim.world.request_checks import Reason, RefusedError
 from swarm_sim.world.robot_registry import RobotRegistry
 from tests.fakes.charging import BATTERY
+from tests.fakes.navigation import without_lidar
 from tests.fakes.own_robots import Own, box, caster, inertial, lidar, link, pair, robot
 
 WAFFLE, BURGER = "turtlebot3_waffle", "turtlebot3_burger"
@@ -180,3 +184,33 @@ def test_all_go_home(robots):
     homes = robots.send_home()
     assert [robot for robot, _ in homes] == [0, 1]
     assert homes[0][1].distance(Pose(-1.4, -0.6, 0.0)) < 1e-9
+
+
+def test_nobody_meets_a_robot_that_does_not_know_yet_where_it_was_put():
+    """Others had forgotten it meanwhile, and no LiDAR saw it: they drove into it."""
+    entries = tuple(RobotEntry(f"Srobot{i}", WAFFLE) for i in (1, 2))
+    setup, world = build(Settings(world="hall_12", robots=entries, engine="planar"))
+    robots = RobotRegistry(world, setup.grid, setup.starts, "")
+    starts = {"Srobot1": Pose(-3.0, 0.0, 0.0), "Srobot2": Pose(0.0, 3.0, 0.0)}
+    for name, pose in starts.items():
+        robots.move(name, pose)
+    navigators = [
+        Navigator(without_lidar(), spec, setup.grid, Sites(), number, pose)
+        for number, (spec, pose) in enumerate(zip(world.specs, starts.values(), strict=True), 1)
+    ]
+    goal = Pose(3.0, 0.0, 0.0)
+    navigators[0].set_goal(Goal(kind=GoalKind.NAVIGATE, poses_map=(goal,)))
+    while goal.distance(Pose(*world.poses[0].tolist())) > 0.3:
+        assert world.tick < 600
+        if world.tick == 20:
+            robots.move("Srobot2", Pose(0.0, 0.0, 0.0))
+        outputs = []
+        for navigator, seen in zip(navigators, world.observe(), strict=True):
+            navigator.on_odom(seen.odom)
+            navigator.on_reception(seen.reception)
+            outputs.append(navigator.tick(world.tick))
+        commands, beacons = [o.twist for o in outputs], [o.beacon for o in outputs]
+        if world.tick >= 20:  # as `Moves.hold` has it
+            commands[1], beacons[1] = Twist(), None
+        assert world.step(commands, beacons) == []
+    world.close()
