@@ -20,11 +20,12 @@ TEXTS = st.text(
 )
 TEXTS |= st.sampled_from(["01", "no", "null", "1e3", "agv{:02}", "2026-01-01", "~", "a: b"])
 NUMBERS = st.floats(1e-3, 1e9)
+MAPPINGS = st.dictionaries(TEXTS, st.sampled_from(["all", "no", "a:B"]) | NUMBERS)
 KINDS: dict[Any, st.SearchStrategy[Any]] = {
     bool: st.booleans(), int: st.integers(1, 10**6), float: NUMBERS, str: TEXTS,
     Coordination: st.sampled_from(Coordination), Role: st.sampled_from(Role),
     tuple[str, ...]: st.lists(TEXTS).map(tuple), type(None): st.none(),
-    Mapping[str, Any]: st.dictionaries(TEXTS, st.sampled_from(["all", "no", "a:B"]) | NUMBERS),
+    Mapping[str, Any]: MAPPINGS, tuple[Mapping[str, Any], ...]: st.lists(MAPPINGS).map(tuple),
 }  # fmt: skip
 
 
