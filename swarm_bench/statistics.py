@@ -90,14 +90,14 @@ class Paired(NamedTuple):
         return float(stats.wilcoxon(self.differences).pvalue) if any(self.differences) else 1.0
 
 
-def wilson(successes: int, trials: int) -> Interval:
+def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> Interval:
     """Return a proportion with its score interval (Wilson 1927).
 
     Args:
         successes: 0 to `trials`.
         trials: 1 or more.
     """
-    found = stats.binomtest(successes, trials).proportion_ci(CONFIDENCE, "wilson")
+    found = stats.binomtest(successes, trials).proportion_ci(confidence, "wilson")
     return Interval(successes / trials, float(found.low), float(found.high))
 
 
@@ -108,11 +108,6 @@ def bound_of_zero(trials: int) -> float:
         trials: In which it did not occur, 1 or more.
     """
     return float(1.0 - (1.0 - CONFIDENCE) ** (1.0 / trials))
-
-
-def interquartile_mean(values: Sequence[float]) -> float:
-    """Return the mean of the middle half (Agarwal et al. 2021)."""
-    return float(stats.trim_mean(np.asarray(values, np.float64), 0.25))
 
 
 def bootstrap_mean(values: Sequence[float]) -> Interval:
@@ -191,6 +186,47 @@ def paired(
     return Paired(differences, mean(differences))
 
 
+def paired_mean(differences: Sequence[float], confidence: float) -> tuple[Interval, float]:
+    """Return the mean of paired differences with Student's interval, and the p value of none.
+
+    Args:
+        differences: (n,), at least two. If all are the same, the signed-rank test gives p.
+    """
+    data = np.asarray(differences, np.float64)
+    if np.allclose(data, data[0], rtol=1e-9, atol=1e-12):
+        mean = float(data[0])
+        p = float(stats.wilcoxon(data).pvalue) if abs(mean) > 1e-12 else 1.0
+        return Interval(mean, mean, mean), p
+    found = stats.ttest_1samp(data, 0.0)
+    ends = found.confidence_interval(confidence)
+    freedom = len(data) - 1
+    interval = Interval(float(data.mean()), float(ends.low), float(ends.high), freedom)
+    return interval, float(found.pvalue)
+
+
+def paired_shares(
+    first: Sequence[float], second: Sequence[float], confidence: float
+) -> tuple[Interval, float]:
+    """Return the difference of two shares on the same trials, and the p value of none.
+
+    The interval is Newcombe's of two score intervals (1998, method 10), for independent trials, so
+    rather too wide; the test is McNemar's, exact.
+
+    Args:
+        first: (n,) 1 where the event occurred, else 0.
+        second: (n,) likewise, of the other.
+    """
+    count = len(first)
+    one, other = (wilson(round(sum(each)), count, confidence) for each in (first, second))
+    estimate = one.estimate - other.estimate
+    low = math.hypot(one.estimate - one.low, other.high - other.estimate)
+    high = math.hypot(one.high - one.estimate, other.estimate - other.low)
+    wins = sum(a > b for a, b in zip(first, second, strict=True))
+    losses = sum(a < b for a, b in zip(first, second, strict=True))
+    p = float(stats.binomtest(wins, wins + losses).pvalue) if wins + losses else 1.0
+    return Interval(estimate, estimate - low, estimate + high), p
+
+
 def holm(p_values: Sequence[float]) -> list[float]:
     """Return p values adjusted for all tests of a table (Holm 1979).
 
@@ -216,15 +252,3 @@ def kaplan_meier(times: Sequence[float], has_ended: Sequence[bool]) -> SurvivalC
     data = stats.CensoredData.right_censored(times, ~np.asarray(has_ended, np.bool_))
     found = stats.ecdf(data).sf
     return SurvivalCurve(np.asarray(found.quantiles), np.asarray(found.probabilities))
-
-
-def profile(ratios: Sequence[float], factors: Sequence[float]) -> list[float]:
-    """Return a performance profile (Dolan and Moré 2002).
-
-    Args:
-        ratios: Cost of each instance by that of the best method; inf for one that failed.
-
-    Returns:
-        The share of the instances within each factor.
-    """
-    return [float(np.mean(np.asarray(ratios) <= factor + 1e-9)) for factor in factors]

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from swarm_bench.baselines.base import Baseline
 from swarm_central.team import RobotReport, TeamOrder
 from swarm_common.model.beacon import Reception
+from swarm_common.model.central import places_seen
 from swarm_common.model.records import Pose, Twist, wrap_angle
 from swarm_nav.control.controller import rate_that_stops
 
@@ -15,12 +18,13 @@ STRAIGHT = 0.2  # [rad] of a bend that is driven through
 CARROT = 0.25  # [m] ahead to the place that is steered to
 LEAST_ERROR = 0.12  # [rad] of the heading at which a standing robot turns first
 MOST_ERROR = 0.5  # [rad] likewise of one that drives
+SEEN_GAP = 0.05  # [m] that the robot's circle keeps from what its LiDAR sees ahead
 
 Point = tuple[float, float]
 
 
 class CommandedDriver(Baseline):
-    """Follows the points of the newest order and stops at the last one."""
+    """Follows the points of the newest order and stops at the last one, or before what it sees."""
 
     def prepare(self) -> None:
         """Begin without an order."""
@@ -53,6 +57,7 @@ class CommandedDriver(Baseline):
             goal_id=0 if goal is None else goal.goal_id,
             goal_map=(pose.x, pose.y),
             has_arrived=self._has_arrived and self._goal is not None,
+            seen_map=places_seen(self.obstacles.points, self.pose),
         )
 
     def on_reception(self, reception: Reception) -> None:
@@ -84,9 +89,19 @@ class CommandedDriver(Baseline):
         if abs(error) > (LEAST_ERROR if self.is_standing else MOST_ERROR):
             return self._turner.turn_to(self.pose.yaw + error, self.pose, self.twist)
         limits = self.config.controller
+        rest = min(rest, self._clear_ahead())
         speed = min(limits.max_vel_x, rate_that_stops(rest, self.twist.vx, limits.acc_lim_x))
         rate = 2.0 * max(speed, 0.05) * math.sin(error) / CARROT
         return Twist(speed, 0.0, max(-limits.max_vel_theta, min(limits.max_vel_theta, rate)))
+
+    def _clear_ahead(self) -> float:
+        """Return the way [m] straight ahead to what the LiDAR sees in it; inf if that is free."""
+        marks = self.obstacles.points - (self.pose.x, self.pose.y)
+        cos, sin = math.cos(self.pose.yaw), math.sin(self.pose.yaw)
+        ahead, beside = marks @ (cos, sin), np.abs(marks @ (-sin, cos))
+        radius = self.radius + SEEN_GAP
+        way = ahead - np.sqrt(np.maximum(radius**2 - beside**2, 0.0))
+        return max(0.0, float(way[(beside < radius) & (ahead > 0.0)].min(initial=math.inf)))
 
     def _bend(self, index: int) -> float:
         """Return the change of direction [rad] at a point that is not the last."""

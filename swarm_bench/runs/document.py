@@ -17,11 +17,21 @@ def replace_part(path: Path, name: str, text: str) -> None:
     Raises:
         ConfigError: If the file cannot be read or written, or does not have both lines once.
     """
-    head, tail = _around_part(path, name)
+    whole = with_part(path, name, text)
     try:
-        path.write_text(f"{head}\n{text.strip()}\n\n{tail}", encoding="utf-8")
+        path.write_text(whole, encoding="utf-8")
     except OSError as cause:
         raise ConfigError(f"cannot write to {path}: {cause}") from cause
+
+
+def with_part(path: Path, name: str, text: str) -> str:
+    """Return the content of a file with a part of it replaced, as `replace_part` would write it.
+
+    Raises:
+        ConfigError: If the file cannot be read, or does not have both lines once.
+    """
+    head, tail = _around_part(path, name)
+    return f"{head}\n{text.strip()}\n\n{tail}"
 
 
 def check_part(path: Path, name: str) -> None:

@@ -2,15 +2,16 @@
 
 What a module imports of its folder stands above it:
 
-    levels       Sizes and levels at which something changes; dips
-    experiments  Experiments as written in `params/study/*.yaml`, and their runs
-    bounds       The least time that a run can take
-    lines        Raw results: one JSON line per run
+    trials/      One run, from its condition to its line
+    experiments  Experiments as written in `params/study/*.yaml`: cells and hypotheses
     tuning       Equal tries for each method, and what was chosen
-    runner       One run with its faults
-    tables       From lines to tables
-    page         docs/study.md and study.html
+    verdicts     Verdicts of comparisons, and which runs they still need
+    levels       Sizes from which one side is ahead, and times to recover
+    tables       From lines and findings to tables
+    figures      From lines to the figures
+    page         docs/study.md, study.html and the protocol's tables
     command      The command: its options
 
-May import of swarm_bench: `suite`, `execution`, `runs`, `statistics`, `tables`.
+May import of swarm_bench: `suite`, `execution`, `runs`, `statistics`, `tables`. The protocol is
+`study/protocol.md`.
 """

@@ -1,201 +1,105 @@
-"""Experiments as written in `params/study/*.yaml`, and their runs."""
+"""Experiments as written in `params/study/*.yaml`: cells, and what is expected of them."""
 
 from __future__ import annotations
 
-import dataclasses
-import functools
-import random
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Literal, NamedTuple
 
 import msgspec
+from msgspec import Meta
 
-from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.methods import METHODS
-from swarm_bench.runs.scenario import Scenario, load_scenario
+from swarm_bench.study.trials.cell import Cell, Settings, StudyRun
 from swarm_common.files.convert import located, read
 from swarm_common.files.resources import share_directory
 from swarm_common.model.errors import ConfigError, UnknownNameError
-from swarm_common.model.records import CONTROL_PERIOD
-from swarm_common.model.schema import Count, Share
-from swarm_run.loop import InjectedFaults, Span
 
-QUICK_SEEDS = 2
-ENDLESS = 10**9  # tick
-# CPU [ms] of a robot-second by method, before anything was measured; LiDARs double it.
-USUAL_COST = {"central-mapf": 0.8, "orca": 1.6, "dwa": 2.2}
-OTHER_COST = 1.2
-LIDAR_FACTOR = 2.0
-SHARE_OF_LIMIT = 0.35  # of the time limit that a run with an end usually takes
-Settings = tuple[tuple[str, Any], ...]  # name and value, by name
-_scenario = functools.lru_cache(maxsize=64)(load_scenario)
+OURS = "ours"
+FIRST_SEED = 5000  # of the study: smaller ones are for development, tuning and --quick
+FIRST_QUICK_SEED, QUICK_SEEDS = 4900, 2
+LOOKS = (20, 30, 40, 50, 60)  # numbers of paired seeds at which a comparison is looked at
+BUDGET = 20.0  # [h] of CPU of all lines, after which nobody gets more seeds than the first look's
+Verdict = Literal["ahead", "behind", "equal", "open"]
+Words = Annotated[list[str], Meta(min_length=1)]
 
 
-class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """One condition under which all methods are run with the same seeds."""
+class Hypothesis(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """An expectation written down before the first run, and the comparisons that judge it."""
 
-    scenario: str  # name, also of a file in the folder `scenarios` beside the experiments
-    robots: Count
-    seconds: float = 3600.0  # of simulated time, after which a run with an end is stopped
-    seeds: Count = 20
-    methods: list[str] | None = None  # None for those of the experiment
-    loss: Share = 0.0  # share of the messages
-    delay: float = 0.0  # [s]
-    lidar: bool = False
-    mission: str = ""  # in place of the scenario's; also of a file in the folder `missions`
-    fleet: list[str] = []  # models in turn
-    actors: str = ""  # file beside the world's, with people who walk about
-    at: float = 20.0  # [s] when what follows begins
-    until: float | None = None  # [s] when it ends; None: it does not
-    dead: Share = 0.0  # share of the robots that die
-    outage: bool = False  # whether the centre does nothing
-    split: bool = False  # whether half of the robots hear neither the other half nor the centre
-    joins: Share = 0.0  # share of the robots that take no order before
-    leaves: Share = 0.0  # share of the robots that take no further order
-    blocked: list[float] = []  # x, y, width and depth [m] of a box in the way
-    label: str = ""  # what the rest does not tell
-    quick: bool = False  # whether the short edition has it
+    says: str
+    cells: Words  # names of cells
+    expected: Literal["ahead", "behind", "equal"]  # of our rules, or of `method`
+    method: str = OURS
+    against: list[str] = []  # methods in the same cell
+    than: str = ""  # or a cell, with the same method
+    measure: Literal["", "success", "cost"] = ""  # empty: by the cell
+
+
+class PairedComparison(NamedTuple):
+    """Two samples on the same seeds; the first is hoped to be better."""
+
+    experiment: str
+    measure: str  # name in `MEASURES`
+    cell: str
+    method: str
+    base_cell: str
+    base_method: str
+    expected: Verdict
 
     @property
-    def name(self) -> str:
-        """Name that identifies the cell within an experiment."""
-        span = f"{self.until - self.at:g} s" if self.until is not None else "for ever"
-        parts = [f"{Path(self.scenario).stem} {self.robots}"]
-        parts += ["LiDAR"] if self.lidar else []
-        parts += [f"loss {self.loss:g}"] if self.loss else []
-        parts += [f"delay {self.delay:g} s"] if self.delay else []
-        parts += [f"{self.dead:.0%} dead"] if self.dead else []
-        parts += [f"outage {span}"] if self.outage else []
-        parts += [f"split {span}"] if self.split else []
-        parts += [f"{self.joins:.0%} added"] if self.joins else []
-        parts += [f"{self.leaves:.0%} removed"] if self.leaves else []
-        parts += ["blocked aisle"] if self.blocked else []
-        parts += ["people"] if self.actors else []
-        parts += ["mixed fleet"] if self.fleet else []
-        parts += [self.label] if self.label else []
-        return ", ".join(parts)
+    def samples(self) -> tuple[tuple[str, str], tuple[str, str]]:
+        """Cell and method of both."""
+        return (self.cell, self.method), (self.base_cell, self.base_method)
 
     @property
-    def twin(self) -> str:
-        """Name of the same cell without what disturbs it."""
-        plain = Cell(scenario=self.scenario, robots=self.robots, lidar=self.lidar)
-        return plain.name
-
-    def loaded_scenario(self) -> Scenario:
-        """Return the scenario.
-
-        Raises:
-            ConfigError: If there is none, or it does not go with this cell.
-        """
-        base = _scenario(self.scenario)
-        folder = Path(self.scenario).parent.parent
-        return dataclasses.replace(
-            base,
-            mission=_beside(folder, "missions", self.mission or base.mission),
-            loss=self.loss,
-            delay=self.delay,
-            with_lidar=self.lidar or base.with_lidar,
-            fleet=tuple(self.fleet) or base.fleet,
-            actors=self.actors or base.actors,
-            time_limit={self.robots: self.seconds},
-        )
-
-    def span(self) -> Span:
-        """Return the ticks of the disturbance."""
-        end = ENDLESS if self.until is None else round(self.until / CONTROL_PERIOD)
-        return round(self.at / CONTROL_PERIOD), end
-
-    def check(self) -> None:
-        """Check what types do not.
-
-        Raises:
-            ConfigError: For the first thing that is wrong.
-        """
-        if self.until is not None and self.until <= self.at:
-            raise ConfigError(f"{self.name}: until is {self.until:g}; expected more than at")
-        if self.blocked and (len(self.blocked) != 4 or not self.lidar):
-            raise ConfigError(f"{self.name}: blocked is [x, y, width, depth], and needs lidar")
-        self.loaded_scenario()
+    def what(self) -> str:
+        """The cell, and the other side, for a table."""
+        other = self.base_method if self.cell == self.base_cell else f"{self.method} in it"
+        return f"{self.cell} | {other}"
 
 
 class Experiment(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A question, what was expected before the first run, and the cells that answer it."""
 
     question: str
-    expected: list[str]
-    methods: list[str]
+    methods: Words
     cells: list[Cell]
+    hypotheses: list[Hypothesis] = []
 
     def methods_of(self, cell: Cell) -> list[str]:
         """Return the methods of a cell."""
         return cell.methods or self.methods
 
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class StudyRun:
-    """One run of the study."""
-
-    experiment: str
-    cell: Cell
-    method: str
-    seed: int
-    settings: Settings = ()  # of the method, beside its defaults
-
-    @property
-    def key(self) -> tuple[str, str, str, int, str]:
-        """Key that identifies the run."""
-        text = settings_text(self.settings)
-        return self.experiment, self.cell.name, self.method, self.seed, text
-
-    def options(self) -> RunOptions:
-        """Return the bench's options; faults and constants of baselines are not among them."""
-        plain = {name: value for name, value in self.settings if not is_constant(name)}
-        central = {n.partition(".")[2]: v for n, v in plain.items() if n.startswith("central.")}
-        return RunOptions(
-            scenario=self.cell.loaded_scenario(),
-            robots=self.cell.robots,
-            seed=self.seed,
-            method=self.method,
-            parameters={n: v for n, v in plain.items() if not n.startswith("central.")},
-            central=central,
-        )
-
-    def faults(self) -> InjectedFaults:
-        """Return what is wrong with which robots; it is the same for all methods."""
-        cell, (first, end) = self.cell, self.cell.span()
-        order = random.Random(f"study/{self.seed}").sample(range(cell.robots), cell.robots)
-        dead = order[: round(cell.dead * cell.robots)]
-        off_duty = {
-            **dict.fromkeys(order[: round(cell.joins * cell.robots)], (0, first)),
-            **dict.fromkeys(order[: round(cell.leaves * cell.robots)], (first, end)),
-        }
-        return InjectedFaults(
-            dead=dict.fromkeys(dead, first),
-            off_duty=off_duty,
-            split=(first, end) if cell.split else None,
-        )
-
-    def cost(self, rates: Mapping[tuple[str, bool], float] | None = None) -> float:
-        """Return the CPU [s] that the run will take.
+    def comparisons(self, name: str, hypothesis: Hypothesis) -> list[PairedComparison]:
+        """Return what a hypothesis compares.
 
         Args:
-            rates: Measured CPU [ms] of a robot-second by method and LiDARs.
+            name: Identifies the experiment in lines.
         """
-        cell, duration = self.cell, _scenario(self.cell.scenario).duration
-        rate = USUAL_COST.get(self.method, OTHER_COST) * (LIDAR_FACTOR if cell.lidar else 1.0)
-        rate = (rates or {}).get((self.method, cell.lidar), rate)
-        return 1e-3 * rate * cell.robots * (duration or SHARE_OF_LIMIT * cell.seconds)
+        by_name = {cell.name: cell for cell in self.cells}
+        return [
+            PairedComparison(
+                name, hypothesis.measure or measure_of(by_name[cell]), cell, hypothesis.method,
+                hypothesis.than or cell, other, hypothesis.expected,
+            )
+            for cell in hypothesis.cells
+            for other in (hypothesis.against or [hypothesis.method])
+        ]  # fmt: skip
+
+    def all_comparisons(self, name: str) -> list[PairedComparison]:
+        """Return what all hypotheses compare: the family of tests of the experiment."""
+        return [each for said in self.hypotheses for each in self.comparisons(name, said)]
 
 
-def is_constant(name: str) -> bool:
-    """Return whether a setting is a constant of a baseline's module, like orca.HORIZON."""
-    return name.rpartition(".")[2].isupper()
+Experiments = Mapping[str, Experiment]
 
 
-def settings_text(settings: Settings) -> str:
-    """Return settings in one line."""
-    return ", ".join(f"{name}={value}" for name, value in settings)
+def measure_of(cell: Cell) -> str:
+    """Return the measure by which methods are compared in a cell."""
+    if cell.has_end:
+        return "makespan"
+    return "throughput" if cell.name == cell.twin else "kept"
 
 
 def study_folder() -> Path:
@@ -215,57 +119,63 @@ def load_experiments(folder: Path) -> dict[str, Experiment]:
     files = sorted(folder.glob("*.yaml"))
     if not files:
         raise ConfigError(f"{folder} has no experiments; expected files like scalability.yaml")
-    return {path.stem: _load(path) for path in files}
+    found = {path.stem: _load(path) for path in files}
+    names = [cell.name for each in found.values() for cell in each.cells]
+    if twice := {name for name in names if names.count(name) > 1}:
+        raise ConfigError(f"{folder}: two cells are the same: {min(twice)}; no run is made twice")
+    methods = dict(_methods(found.values()))
+    for path, experiment in zip(files, found.values(), strict=True):
+        for number, said in enumerate(experiment.hypotheses, 1):
+            with located(path):
+                _check(said, f"hypothesis {number}", experiment, methods)
+    return found
+
+
+def _methods(experiments: Collection[Experiment]) -> Iterator[tuple[str, list[str]]]:
+    for experiment in experiments:
+        for cell in experiment.cells:
+            yield cell.name, experiment.methods_of(cell)
 
 
 def _load(path: Path) -> Experiment:
     experiment = read(path, Experiment)
-    cells = [beside(cell, path.parent) for cell in experiment.cells]
     with located(path):
-        for cell in cells:
-            cell.check()
+        cells = [cell.placed(path.parent) for cell in experiment.cells]
     for cell in cells:
         for method in experiment.methods_of(cell):
             if method not in METHODS:
                 raise UnknownNameError(f"{path}: method", method, METHODS)
-    if len({cell.name for cell in cells}) < len(cells):
-        raise ConfigError(f"{path}: two cells are the same")
     return msgspec.structs.replace(experiment, cells=cells)
 
 
-def beside(cell: Cell, folder: Path) -> Cell:
-    """Return a cell with the path of its scenario, where that lies beside the experiments."""
-    return msgspec.structs.replace(cell, scenario=_beside(folder, "scenarios", cell.scenario))
+def _check(
+    said: Hypothesis, which: str, experiment: Experiment, methods: Mapping[str, list[str]]
+) -> None:
+    own = {cell.name: cell for cell in experiment.cells}
+    for name in said.cells:
+        if name not in own:
+            raise UnknownNameError(f"cell of {which}:", name, own)
+    if bool(said.against) == bool(said.than):
+        raise ConfigError(f"{which}: expected one of 'against' and 'than'")
+    if said.than and said.than not in methods:
+        raise UnknownNameError(f"cell of {which}:", said.than, methods)
+    for name in said.cells:
+        needed = [(name, method) for method in (said.method, *said.against)]
+        needed += [(said.than, said.method)] if said.than else []
+        if not said.measure and measure_of(own[name]) == "kept":
+            needed += [(own[name].twin, method) for _, method in needed]
+        for place, method in needed:
+            if method not in methods.get(place, ()):
+                raise ConfigError(f"{which}: {place} is not run with {method}")
 
 
-def _beside(folder: Path, kind: str, name: str) -> str:
-    path = folder / kind / f"{name}.yaml"
-    return str(path) if path.is_file() else name
-
-
-def runs_of(
-    experiments: Mapping[str, Experiment],
-    *,
-    quick: bool,
-    settings: Mapping[str, Settings] | None = None,
-) -> list[StudyRun]:
-    """Return all runs in an order in which a study that is stopped tells most.
-
-    All methods of a cell and seed follow each other. The n-th seed of a cell waits in proportion to
-    its cost and the square of n: what it adds to the knowledge of a mean falls like that.
-
-    Args:
-        quick: Whether it is the short edition.
-    """
-    groups = []
-    for name, experiment in experiments.items():
-        for cell in experiment.cells:
-            methods = experiment.methods_of(cell)
-            count = (min(cell.seeds, QUICK_SEEDS) if cell.quick else 0) if quick else cell.seeds
-            for seed in range(count):
-                runs = [
-                    StudyRun(name, cell, method, seed, (settings or {}).get(method, ()))
-                    for method in methods
-                ]
-                groups.append((sum(run.cost() for run in runs) * (seed + 1) ** 2, runs))
-    return [run for _, runs in sorted(groups, key=lambda group: group[0]) for run in runs]
+def quick_runs(experiments: Experiments, settings: Mapping[str, Settings]) -> list[StudyRun]:
+    """Return the runs of the short edition, on seeds that the study never uses."""
+    return [
+        StudyRun(name, cell, method, seed, settings.get(method, ()))
+        for seed in range(FIRST_QUICK_SEED, FIRST_QUICK_SEED + QUICK_SEEDS)
+        for name, experiment in experiments.items()
+        for cell in experiment.cells
+        if cell.quick
+        for method in experiment.methods_of(cell)
+    ]

@@ -1,396 +1,187 @@
-"""From lines to tables: what each method reached in each cell, and how methods differ."""
+"""From lines and findings to tables."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from pathlib import Path
 from typing import NamedTuple
 
 from swarm_bench import statistics
-from swarm_bench.runs.methods import TEAMS
-from swarm_bench.study.experiments import Cell
-from swarm_bench.study.levels import Dip, change_of_sides, critical_size, dip_of
-from swarm_bench.study.lines import STEP, StudyLine
+from swarm_bench.statistics import Interval
+from swarm_bench.study.experiments import OURS, Experiment, Experiments, measure_of
+from swarm_bench.study.levels import change_of_sides, recovery_of
+from swarm_bench.study.trials.cell import Cell
+from swarm_bench.study.trials.line import STEP, StudyLine
+from swarm_bench.study.verdicts import MEASURES, ComparisonResult, Lines, judged
 from swarm_bench.tables import BenchTable
 
-REFERENCE = "ours"
-LEAST_PAIRS = 5  # of a difference that counts as sure
-FACTORS = (1.05, 1.1, 1.25, 1.5, 2.0)  # of performance profiles
+CENTRE = "central-mapf"
+NONE = "–"
 
 
 @dataclass(frozen=True, slots=True)
 class CellRuns:
     """All seeds of one method in one cell."""
 
-    cell: str
+    cell: Cell
     method: str
     lines: Sequence[StudyLine]
 
     @property
-    def succeeded(self) -> int:
-        """Runs that were successful."""
-        return sum(line.is_success for line in self.lines)
+    def different(self) -> int:
+        """Number of different trajectories."""
+        return len({line.trajectory_sha256 for line in self.lines})
 
     @property
-    def ended(self) -> int:
-        """Runs that reached every goal."""
-        return sum(line.has_ended for line in self.lines)
+    def value(self) -> Interval:
+        """Mean throughput [1/h], or restricted mean time [s], with Student's interval."""
+        values = [line.time if self.cell.has_end else line.per_hour or 0.0 for line in self.lines]
+        return statistics.student_mean(values)
+
+    def mean(self, name: str) -> float | None:
+        """Return the mean of a field over the lines that have it; None if none has."""
+        values = [value for line in self.lines if (value := getattr(line, name)) is not None]
+        return sum(values) / len(values) if values else None
+
+    def most(self, name: str) -> float | None:
+        """Return the largest value of a field; None if no line has it."""
+        values = [value for line in self.lines if (value := getattr(line, name)) is not None]
+        return max(values, default=None)
 
     @property
-    def contacts(self) -> int:
-        """Contact episodes of all runs."""
-        return sum(line.contacts for line in self.lines)
-
-    @property
-    def is_lifelong(self) -> bool:
-        """Whether the runs have no end."""
-        return self.lines[0].per_hour is not None
-
-    @property
-    def values(self) -> list[float]:
-        """Throughputs [1/h], or times [s]."""
-        return [line.time if line.per_hour is None else line.per_hour for line in self.lines]
-
-    def known(self, name: str) -> list[float]:
-        """Return the values of a field of the lines that have it."""
-        values = (getattr(line, name) for line in self.lines)
-        return [value for value in values if value is not None]
-
     def median(self) -> float:
-        """Return the median makespan [s]; inf if fewer than half of the runs ended."""
+        """Median makespan [s], in which stopped runs stay (Kaplan-Meier); inf if most were."""
         return statistics.kaplan_meier(
             [line.time for line in self.lines], [line.has_ended for line in self.lines]
         ).median
 
-    def throughput(self) -> float:
-        """Return the mean throughput [1/h]."""
-        return sum(line.gain for line in self.lines) / len(self.lines)
+    @property
+    def gap(self) -> Interval | None:
+        """Restricted mean time by the least possible, less 1; None where that is not known."""
+        gaps = [line.time / line.bound - 1.0 for line in self.lines if line.bound]
+        return statistics.student_mean(gaps) if gaps else None
 
 
-def groups(lines: Sequence[StudyLine]) -> list[CellRuns]:
-    """Return the lines by cell and method, in the order in which they first occur."""
-    order: dict[tuple[str, str], list[StudyLine]] = {}
-    cells = {line.cell: rank for rank, line in reversed(list(enumerate(lines)))}
-    methods = {line.method: rank for rank, line in reversed(list(enumerate(lines)))}
-    for line in sorted(lines, key=lambda line: (cells[line.cell], methods[line.method], line.seed)):
-        order.setdefault((line.cell, line.method), []).append(line)
-    return [CellRuns(cell, method, found) for (cell, method), found in order.items()]
-
-
-def results(found: Sequence[CellRuns]) -> BenchTable:
-    """Return median makespans or throughputs, successful runs and contacts: a row per cell."""
-    return _by_method("cell", {(group.cell, group.method): _summary(group) for group in found})
-
-
-def _by_method(title: str, texts: Mapping[tuple[str, str], str]) -> BenchTable:
-    """Return a table with a column per method.
-
-    Args:
-        texts: Cells by name of the row and method.
-    """
-    methods = list(dict.fromkeys(method for _, method in texts))
-    rows = [
-        [name, *(texts.get((name, method), "–") for method in methods)]
-        for name in dict.fromkeys(name for name, _ in texts)
+def runs_in(experiment: Experiment, lines: Lines) -> list[CellRuns]:
+    """Return the lines of an experiment by cell and method, in its order; none without lines."""
+    return [
+        CellRuns(cell, method, [found[seed] for seed in sorted(found)])
+        for cell in experiment.cells
+        for method in experiment.methods_of(cell)
+        if (found := lines.get((cell.name, method), {}))
     ]
-    return BenchTable([title, *methods], rows)
 
 
-def _summary(group: CellRuns) -> str:
-    if group.is_lifelong:
-        text = f"{group.throughput():.0f}/h ({group.succeeded}/{len(group.lines)})"
-    else:
-        gap = _gap(group.lines)
-        text = f"{_seconds(group.median())} ({group.ended}/{len(group.lines)})"
-        text += f", +{gap:.0%}" if gap is not None else ""
-    return f"{text}, {group.contacts} contacts" if group.contacts else text
+def percent(effect: Interval) -> str:
+    """Return an effect with its interval in percent; a dash without one."""
+    scaled = Interval(100.0 * effect.estimate, 100.0 * effect.low, 100.0 * effect.high)
+    return scaled.text("{:+.1f}") if effect.is_known else NONE
 
 
-def _gap(lines: Sequence[StudyLine]) -> float | None:
-    gaps = [line.time / line.bound - 1.0 for line in lines if line.has_ended and line.bound]
-    return sum(gaps) / len(gaps) if gaps else None
+def p_text(p: float) -> str:
+    """Return a p value."""
+    return "<0.001" if p < 0.001 else f"{p:.3f}"
 
 
-def contacts_of(lines: Sequence[StudyLine]) -> str:
-    """Return the contact episodes of each method, and in how many of its runs, in words."""
-    texts = []
-    for method in dict.fromkeys(line.method for line in lines):
-        members = [line for line in lines if line.method == method]
-        texts.append(f"{method} {_contacts(members)} of {len(members)} runs")
-    return "; ".join(texts)
-
-
-def _compared(lines: Sequence[StudyLine], ours: Sequence[StudyLine]) -> statistics.Paired | None:
-    """Return by how much [%] a method is better than ours on the seeds that both have."""
-    known = {line.seed: line.gain for line in ours}
-    gains = {line.seed: line.gain for line in lines if line.seed in known}
-    if not gains:
-        return None
-    scale = sum(abs(known[seed]) for seed in gains) / len(gains) or 1.0
-    return statistics.paired(
-        {seed: 100.0 * gain / scale for seed, gain in gains.items()},
-        {seed: 100.0 * gain / scale for seed, gain in known.items()},
-    )
-
-
-class CellDifference(NamedTuple):
-    """How much better a method is than ours in a cell, on the same seeds."""
-
-    cell: str
-    method: str
-    paired: statistics.Paired  # [%]
-    p: float  # adjusted over the table
-
-    @property
-    def side(self) -> int:
-        """1 if the method is better for sure, -1 if ours is, else 0."""
-        if len(self.paired.differences) < LEAST_PAIRS:
-            return 0
-        return 1 if self.paired.mean.low > 0.0 else -1 if self.paired.mean.high < 0.0 else 0
-
-
-def compared(found: Sequence[CellRuns]) -> list[CellDifference]:
-    """Return the differences of all methods to ours, cell by cell.
-
-    Runs that did not end count with the time at which they were stopped.
-    """
-    rows = []
-    for cell, members in groupby(found, lambda group: group.cell):
-        by_method = {group.method: group.lines for group in members}
-        ours = by_method.pop(REFERENCE, ())
-        for method, lines in by_method.items():
-            if paired := _compared(lines, ours):
-                rows.append((cell, method, paired))
-    adjusted = statistics.holm([paired.p for *_, paired in rows])
-    return [CellDifference(*row, p) for row, p in zip(rows, adjusted, strict=True)]
-
-
-DIFFERENCES: dict[str, Callable[[CellDifference], str]] = {
-    "cell": lambda row: row.cell,
-    "method": lambda row: row.method,
-    "pairs": lambda row: str(len(row.paired.differences)),
-    "better than ours [%]": lambda row: row.paired.mean.text(),
-    "p (Holm)": lambda row: f"{row.p:.3f}",
+VERDICTS: dict[str, Callable[[ComparisonResult], str]] = {
+    "cell": lambda row: row.comparison.cell,
+    "against": lambda row: other_of(row),
+    "better by, %": lambda row: percent(row.effect),
+    "pairs": lambda row: str(row.pairs),
+    "p": lambda row: p_text(row.adjusted),
+    "expected": lambda row: row.comparison.expected,
+    "verdict": lambda row: row.verdict,
+}
+MORE: dict[str, Callable[[ComparisonResult], str]] = {
+    "open, since": lambda row: row.reason,
+    "measure": lambda row: row.comparison.measure,
+    "pairs that came before": lambda row: str(row.repeated),
+    "successful runs": lambda row: "{}, {}".format(*row.ended),
 }
 
 
-def differences(found: Sequence[CellRuns]) -> BenchTable:
-    """Return by how much other methods are better than ours."""
-    return BenchTable.of(DIFFERENCES, compared(found), texts=("cell", "method"))
-
-
-def _level(cell: Cell, axis: str) -> float:
-    if axis == "outage":
-        return (cell.until or math.inf) - cell.at if cell.outage else 0.0
-    return float(getattr(cell, axis))
-
-
-def _level_text(axis: str, level: float) -> str:
-    if axis == "dead":
-        return f"{level:.0%}"
-    return f"{level:g}" if math.isfinite(level) else "for ever"
-
-
-AXES = ("robots", "loss", "delay", "dead", "outage")
-NOT_VARIED = {"seconds", "seeds", "methods", "quick", "at", "until"}  # fields of cells
-
-
-def axes_of(cells: Sequence[Cell]) -> Iterator[tuple[str, str, dict[float, str]]]:
-    """Yield world, what varies, and the name of the cell at each level, for two levels or more."""
-    for scenario in dict.fromkeys(cell.scenario for cell in cells):
-        members = [cell for cell in cells if cell.scenario == scenario]
-        for axis in AXES:
-            levels: dict[float, str] = {}
-            for cell in members:
-                plain = Cell(scenario=scenario, robots=cell.robots)
-                changed = {
-                    name
-                    for name in Cell.__struct_fields__
-                    if getattr(cell, name) != getattr(plain, name)
-                }
-                if changed - NOT_VARIED <= {axis}:
-                    levels.setdefault(_level(cell, axis), cell.name)
-            if len(levels) > 1:
-                yield Path(scenario).stem, axis, levels
-
-
-def sides(cells: Sequence[Cell], found: Sequence[CellRuns]) -> BenchTable:
-    """Return at which levels a centre is ahead of ours for sure, and ours of it."""
-    head = ["world", "varied", "centre", "it is ahead at", "ours ahead at", "from, ahead"]
-    table, rows = [], compared(found)
-    for world, axis, levels in axes_of(cells):
-        for method in dict.fromkeys(row.method for row in rows):
-            if method not in TEAMS:
-                continue
-            by_cell = {row.cell: row for row in rows if row.method == method}
-            known = {level: by_cell[name] for level, name in levels.items() if name in by_cell}
-            if not known:
-                continue
-            won, lost = (
-                ", ".join(_level_text(axis, lv) for lv, row in known.items() if row.side == side)
-                or "–"
-                for side in (1, -1)
-            )
-            sure = {
-                level: row.paired.differences
-                for level, row in known.items()
-                if len(row.paired.differences) >= LEAST_PAIRS
-            }
-            change = change_of_sides(sure)
-            text = "–"
-            if change is not None:
-                last = known[max(sure)].paired.mean.estimate
-                who = "the centre" if last > 0.0 else "ours"
-                at = _level_text(axis, change.estimate)
-                low, high = _level_text(axis, change.low), _level_text(axis, change.high)
-                text = f"{who} from {at} [{low}, {high}]"
-            table.append([world, axis, method, won, lost, text])
-    return BenchTable(head, table, texts=head)
-
-
-def critical_sizes(cells: Sequence[Cell], found: Sequence[CellRuns]) -> BenchTable:
-    """Return from which size on more robots bring no more, and the throughput there."""
-    by_name = {(group.cell, group.method): group for group in found}
-    texts = {}
-    for world, axis, levels in axes_of(cells):
-        for method in dict.fromkeys(group.method for group in found):
-            if axis == "robots":
-                known = {n: by_name.get((name, method)) for n, name in levels.items()}
-                texts[world, method] = _critical({n: g for n, g in known.items() if g})
-    return _by_method("world", texts)
-
-
-def _critical(members: Mapping[float, CellRuns]) -> str:
-    if len(members) < 2 or not all(group.is_lifelong for group in members.values()):
-        return "–"
-    size = critical_size(
-        {int(n): {line.seed: line.gain for line in g.lines} for n, g in members.items()},
-        {int(n): {line.seed: line.is_success for line in g.lines} for n, g in members.items()},
+def other_of(finding: ComparisonResult) -> str:
+    """Return what the first side of a comparison is compared with."""
+    comparison = finding.comparison
+    other = (
+        comparison.base_method
+        if comparison.cell == comparison.base_cell
+        else f"its {comparison.base_cell}"
     )
-    if size.estimate == 0.0:
-        return f"below {min(members):g}"
-    largest = "≥ " if size.estimate == max(members) else ""
-    return f"{largest}{size.text('{:g}')}: {members[size.estimate].throughput():.0f}/h"
+    measure = comparison.measure
+    return f"{other}, {measure}" if measure in ("success", "cost") else other
 
 
-class TwinDips(NamedTuple):
-    """How far the runs of a method fall behind their undisturbed twins of the same seed."""
-
-    change: str  # what disturbs them
-    group: CellRuns
-    dips: list[Dip]
-
-    def mean(self, field: int) -> statistics.Interval:
-        """Return the mean of a field of the dips."""
-        return statistics.bootstrap_mean([dip[field] for dip in self.dips])
-
-    @property
-    def recovered_after(self) -> str:
-        """Median time to recover."""
-        median = statistics.kaplan_meier(
-            [dip.recovery for dip in self.dips], [dip.has_recovered for dip in self.dips]
-        ).median
-        return f"{median:.0f} s" if math.isfinite(median) else "not in time"
-
-
-DIPS: dict[str, Callable[[TwinDips], str]] = {
-    "change": lambda row: row.change,
-    "method": lambda row: row.group.method,
-    "pairs": lambda row: str(len(row.dips)),
-    "worst minute lacks": lambda row: f"{row.mean(0).estimate:.0%}",
-    "most orders behind": lambda row: row.mean(1).text("{:.1f}"),
-    "order minutes": lambda row: row.mean(2).text("{:.0f}"),
-    "recovered after (median)": lambda row: row.recovered_after,
-    "contacts": lambda row: str(row.group.contacts),
-}
-
-
-def dips(cells: Sequence[Cell], found: Sequence[CellRuns]) -> BenchTable:
-    """Return how far runs fall behind their undisturbed twins of the same seed."""
-    by_name = {(group.cell, group.method): group for group in found}
+def by_hypothesis(
+    experiments: Experiments, found: Mapping[str, Sequence[ComparisonResult]]
+) -> list[tuple[str, str, list[ComparisonResult]]]:
+    """Return name of the experiment, sentence and findings of each hypothesis."""
     rows = []
-    for cell in cells:
-        for method in dict.fromkeys(group.method for group in found):
-            group, twin = by_name.get((cell.name, method)), by_name.get((cell.twin, method))
-            if cell.name == cell.twin or group is None or twin is None:
-                continue
-            known = {line.seed: line.orders for line in twin.lines}
-            behind = [
-                dip_of(line.orders, orders, cell.at, STEP)
-                for line in group.lines
-                if line.orders and (orders := known.get(line.seed))
-            ]
-            if behind:
-                rows.append(TwinDips(cell.name.partition(", ")[2], group, behind))
-    return BenchTable.of(DIPS, rows, texts=("change", "method"))
+    for name, experiment in experiments.items():
+        left = list(found[name])
+        for said in experiment.hypotheses:
+            count = len(experiment.comparisons(name, said))
+            rows.append((name, said.says, left[:count]))
+            left = left[count:]
+    return rows
 
 
-def short_dips(table: BenchTable) -> BenchTable:
-    """Return the most orders behind and the time to recover, a row per change."""
-    texts = {(row[0], row[1]): f"{row[4]}, {row[6]}" for row in table.rows}
-    return _by_method("orders behind at worst, and time to recover", texts)
+def verdicts(
+    hypotheses: Iterable[tuple[str, str, Sequence[ComparisonResult]]],
+    more: Mapping[str, Callable[[ComparisonResult], str]] | None = None,
+) -> BenchTable:
+    """Return all comparisons, each with the number of its hypothesis."""
+    columns = VERDICTS | dict(more or {})
+    head = ["", *columns]
+    rows = [
+        [f"H{number}", *(cell(finding) for cell in columns.values())]
+        for number, (_, _, findings) in enumerate(hypotheses, 1)
+        for finding in findings
+    ]
+    return BenchTable(head, rows, texts=("", "cell", "against", "expected", "verdict"))
 
 
-def profiles(found: Sequence[CellRuns]) -> BenchTable:
-    """Return the share of instances that each method does within a factor of the best one."""
-    best: dict[tuple[str, int], float] = {}
-    for group in found:
-        for line in group.lines:
-            if line.is_success:
-                key = group.cell, line.seed
-                best[key] = max(best.get(key, -math.inf), line.gain)
-    rows = []
-    for method in dict.fromkeys(group.method for group in found):
-        ratios = [
-            _ratio(line, best[group.cell, line.seed])
-            for group in found
-            if group.method == method
-            for line in group.lines
-            if (group.cell, line.seed) in best
-        ]
-        if ratios:
-            shares = statistics.profile(ratios, FACTORS)
-            rows.append([method, str(len(ratios)), *(f"{share:.0%}" for share in shares)])
-    return BenchTable(["method", "instances", *(f"within {factor:g}" for factor in FACTORS)], rows)
-
-
-def _ratio(line: StudyLine, best: float) -> float:
-    if not line.is_success:
-        return math.inf
-    if line.per_hour is None:
-        return line.gain / best
-    return best / line.gain if line.gain else math.inf
+def judgements(
+    hypotheses: Iterable[tuple[str, str, Sequence[ComparisonResult]]],
+) -> list[tuple[str, str]]:
+    """Return the sentence of each hypothesis, and whether it was right, wrong or is open."""
+    return [(says, judged(findings)) for _, says, findings in hypotheses]
 
 
 DETAILS: dict[str, Callable[[CellRuns], str]] = {
-    "cell": lambda group: group.cell,
+    "cell": lambda group: group.cell.name,
     "method": lambda group: group.method,
     "runs": lambda group: str(len(group.lines)),
-    "successful (95 %)": lambda group: "{0.estimate:.0%} ({0.low:.0%} to {0.high:.0%})".format(
-        statistics.wilson(group.succeeded, len(group.lines))
+    "different": lambda group: str(group.different),
+    "successful (95 %)": lambda group: success_text(group.lines),
+    "contacts": lambda group: contacts_text(group.lines),
+    "failed": lambda group: str(sum(bool(line.failure) for line in group.lines)),
+    "per hour (95 %)": lambda group: NONE if group.cell.has_end else group.value.text("{:.0f}"),
+    "restricted mean [s] (95 %)": lambda group: (
+        group.value.text("{:.0f}") if group.cell.has_end else NONE
     ),
-    "contacts": lambda group: _contacts(group.lines),
-    "makespan, median [s]": lambda group: "–" if group.is_lifelong else _seconds(group.median()),
-    "interquartile mean": lambda group: f"{statistics.interquartile_mean(group.values):.0f}",
-    "worst 5 %": lambda group: _tail(group),
-    "gap to the bound": lambda group: _form(_gap(group.lines), "{:.0%}"),
-    "per hour (95 %)": lambda group: (
-        statistics.bootstrap_mean(group.values).text("{:.0f}") if group.is_lifelong else "–"
+    "median makespan [s]": lambda group: _seconds(group.median) if group.cell.has_end else NONE,
+    "above the bound": lambda group: NONE if group.gap is None else percent(group.gap),
+    "lead time [s]": lambda group: form(group.mean("lead_time"), "{:.0f}"),
+    "stands": lambda group: form(group.mean("stood_share"), "{:.0%}"),
+    "worst robot by median": lambda group: form(group.mean("worst_by_median"), "{:.2f}"),
+    "CPU ms per robot-second": lambda group: form(group.mean("cpu_ms_per_robot_second"), "{:.2f}"),
+    "decision µs": lambda group: form(group.mean("tick_us_median"), "{:.0f}"),
+    "decision µs, 99 %": lambda group: form(group.mean("tick_us_p99"), "{:.0f}"),
+    "centre ms per robot-second": lambda group: form(
+        group.mean("centre_ms_per_robot_second"), "{:.3f}"
     ),
-    "lead time [s]": lambda group: _form(_mean(group, "lead_time"), "{:.0f}"),
-    "CPU ms per robot-second": lambda group: _form(
-        _mean(group, "cpu_ms_per_robot_second"), "{:.2f}"
+    "longest decision of the centre [ms]": lambda group: form(
+        group.most("longest_decision_ms"), "{:.0f}"
     ),
-    "longest decision of the centre [ms]": lambda group: _form(
-        max(group.known("longest_decision_ms"), default=None), "{:.0f}"
-    ),
-    "radio bytes per robot-second": lambda group: _form(
-        _mean(group, "bytes_per_robot_second"), "{:.0f}"
-    ),
+    "bytes per robot-second": lambda group: form(group.mean("bytes_per_robot_second"), "{:.0f}"),
 }
+COSTS = (
+    "method", "per hour (95 %)", "stands", "worst robot by median", "decision µs",
+    "centre ms per robot-second", "longest decision of the centre [ms]", "bytes per robot-second",
+)  # fmt: skip
 
 
 def details(found: Sequence[CellRuns]) -> BenchTable:
@@ -398,27 +189,128 @@ def details(found: Sequence[CellRuns]) -> BenchTable:
     return BenchTable.of(DETAILS, found, texts=("cell", "method"))
 
 
-def _form(value: float | None, form: str) -> str:
-    return "–" if value is None else form.format(value)
+def costs(found: Sequence[CellRuns]) -> BenchTable:
+    """Return what a reader wants to know first of some cells."""
+    columns = {"robots": lambda group: str(group.cell.robots)} | {
+        name: DETAILS[name] for name in COSTS
+    }
+    return BenchTable.of(columns, found, texts=("method",))
 
 
-def _contacts(lines: Sequence[StudyLine]) -> str:
+def success_text(lines: Sequence[StudyLine]) -> str:
+    """Return the share of successful runs with its interval."""
+    share = statistics.wilson(sum(line.is_success for line in lines), len(lines))
+    return f"{share.estimate:.0%} ({share.low:.0%} to {share.high:.0%})"
+
+
+def contacts_text(lines: Sequence[StudyLine]) -> str:
+    """Return contact episodes and runs with them; without any, what share may have them."""
     touched = sum(line.contacts > 0 for line in lines)
     if touched:
         return f"{sum(line.contacts for line in lines)} in {touched}"
     return f"0 (< {statistics.bound_of_zero(len(lines)):.1%} at 95 %)"
 
 
-def _tail(group: CellRuns) -> str:
-    sign = -1.0 if group.is_lifelong else 1.0
-    ordered = sorted(sign * value for value in group.values)
-    return f"{abs(ordered[min(len(ordered) - 1, math.ceil(0.95 * len(ordered)) - 1)]):.0f}"
+class KeptShare(NamedTuple):
+    """Throughput that the runs of a method keep in a disturbed cell, by their twins' of a seed."""
+
+    cell: Cell
+    method: str
+    share: Interval
+    lost: float | None  # orders, mean
+    recovered: str  # median time after the end of the disturbance
 
 
-def _mean(group: CellRuns, name: str) -> float | None:
-    known = group.known(name)
-    return sum(known) / len(known) if known else None
+def kept(experiments: Experiments, lines: Lines) -> list[KeptShare]:
+    """Return what is kept in all disturbed cells with lines."""
+    rows = []
+    for experiment in experiments.values():
+        for group in runs_in(experiment, lines):
+            if measure_of(group.cell) != "kept":
+                continue
+            twins = lines.get((group.cell.twin, group.method), {})
+            pairs = [(line, twins[line.seed]) for line in group.lines if line.seed in twins]
+            value = MEASURES["kept"].value
+            shares = [share for pair in pairs if (share := value(*pair)) is not None]
+            if shares:
+                rows.append(_kept(group, pairs, statistics.student_mean(shares)))
+    return rows
+
+
+def _kept(
+    group: CellRuns, pairs: Sequence[tuple[StudyLine, StudyLine]], share: Interval
+) -> KeptShare:
+    counted = [(line.done, twin.done) for line, twin in pairs if line.done and twin.done]
+    lost = [sum(twin) - sum(done) for done, twin in counted]
+    times = []
+    if group.cell.until is not None:
+        first = int(group.cell.until / STEP)
+        times = [recovery_of(done, twin, first) for done, twin in counted]
+    median = statistics.kaplan_meier(*zip(*times, strict=True)).median if times else math.nan
+    text = NONE if math.isnan(median) else "not in time"
+    return KeptShare(
+        group.cell, group.method, share, sum(lost) / len(lost) if lost else None,
+        f"{STEP * median:.0f} s" if math.isfinite(median) else text,
+    )  # fmt: skip
+
+
+def losses(found: Sequence[KeptShare]) -> BenchTable:
+    """Return how much of the throughput is lost in each disturbed cell."""
+    columns: dict[str, Callable[[KeptShare], str]] = {
+        "cell": lambda row: row.cell.name,
+        "method": lambda row: row.method,
+        "throughput, %": lambda row: percent(loss_of(row.share)),
+        "orders lost": lambda row: form(row.lost, "{:.0f}"),
+        "recovered after": lambda row: row.recovered,
+    }
+    return BenchTable.of(columns, found, texts=("cell", "method"))
+
+
+def loss_of(share: Interval) -> Interval:
+    """Return what a share of throughput is less than all of it, as a negative number."""
+    return Interval(share.estimate - 1.0, share.low - 1.0, share.high - 1.0)
+
+
+def form(value: float | None, text: str) -> str:
+    """Return a value in a form; a dash for None."""
+    return NONE if value is None else text.format(value)
 
 
 def _seconds(value: float) -> str:
     return f"{value:.0f}" if math.isfinite(value) else "never"
+
+
+class Crossover(NamedTuple):
+    """The size from which the other side is ahead in a world."""
+
+    world: str
+    at: Interval | None  # None if one side is ahead at all sizes
+    is_ours: bool  # whether ours is ahead from there on, or at all sizes
+
+
+def crossovers(experiments: Experiments, lines: Lines, other: str = CENTRE) -> list[Crossover]:
+    """Return where ours and a centre change sides in worlds with runs of two sizes or more."""
+    rows: dict[str, dict[float, list[float]]] = {}
+    for experiment in experiments.values():
+        for cell in experiment.cells:
+            ours, theirs = (lines.get((cell.name, method), {}) for method in (OURS, other))
+            both = sorted(ours.keys() & theirs.keys())
+            if measure_of(cell) == "throughput" and not cell.lidar and len(both) > 1:
+                rows.setdefault(Path(cell.scenario).stem, {})[cell.robots] = [
+                    (ours[seed].per_hour or 0.0) - (theirs[seed].per_hour or 0.0) for seed in both
+                ]
+    return [
+        Crossover(world, change_of_sides(levels), sum(levels[max(levels)]) > 0.0)
+        for world, levels in rows.items()
+        if len(levels) > 1
+    ]
+
+
+def sizes(found: Iterable[CellRuns]) -> dict[str, dict[str, dict[int, CellRuns]]]:
+    """Return undisturbed cells without end by world, method and size, for worlds with any."""
+    worlds: dict[str, dict[str, dict[int, CellRuns]]] = {}
+    for group in found:
+        if measure_of(group.cell) == "throughput" and not group.cell.lidar:
+            world = worlds.setdefault(Path(group.cell.scenario).stem, {})
+            world.setdefault(group.method, {})[group.cell.robots] = group
+    return worlds

@@ -12,21 +12,23 @@ import yaml
 from msgspec import Meta
 
 from swarm_bench.runs.methods import METHODS
-from swarm_bench.study.experiments import Cell, Settings, StudyRun, beside, settings_text
-from swarm_bench.study.lines import StudyLine
+from swarm_bench.study.experiments import FIRST_QUICK_SEED
+from swarm_bench.study.trials.cell import Cell, Settings, StudyRun, settings_text
+from swarm_bench.study.trials.line import StudyLine
 from swarm_common.files.convert import read
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.schema import Count
 
 FOLDER, CHOICES, CHOSEN = "tuning", "methods.yaml", "chosen.yaml"
-FIRST_SEED = 100  # smaller ones are the study's
+LEAST_GAIN = 0.03  # by which other settings must be better: less is luck, and does not matter
+SHARED = {"central-with-fallback": "central-reservation"}  # methods with the settings of another
 
 
 class Tuning(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Settings that are tried, and the runs that compare them."""
 
     tries: Count  # of each method, its defaults included
-    seeds: Annotated[list[Annotated[int, Meta(ge=FIRST_SEED)]], Meta(min_length=1)]
+    seeds: Annotated[list[Annotated[int, Meta(lt=FIRST_QUICK_SEED)]], Meta(min_length=1)]
     cells: list[Cell]
     methods: dict[str, dict[str, list[Any]]]  # values by parameter, or constant of a baseline
 
@@ -42,10 +44,7 @@ def load_tuning(folder: Path) -> Tuning:
     for method in found.methods:
         if method not in METHODS:
             raise UnknownNameError(f"{path}: method", method, METHODS)
-    cells = [beside(cell, folder) for cell in found.cells]
-    for cell in cells:
-        cell.check()
-    return msgspec.structs.replace(found, cells=cells)
+    return msgspec.structs.replace(found, cells=[cell.placed(folder) for cell in found.cells])
 
 
 def candidates(tuning: Tuning, method: str) -> list[Settings]:
@@ -74,7 +73,8 @@ def tuning_runs(tuning: Tuning) -> list[StudyRun]:
 def choose(tuning: Tuning, lines: Sequence[StudyLine]) -> dict[str, Settings]:
     """Return the settings with the most throughput for each method that all runs are known of.
 
-    Each cell counts the same. Settings with more contacts than the defaults are not chosen.
+    Each cell counts the same. Settings with more contacts than the defaults are not chosen, nor
+    those that are better by less than `LEAST_GAIN`.
     """
     chosen = {}
     for method in tuning.methods:
@@ -91,7 +91,9 @@ def choose(tuning: Tuning, lines: Sequence[StudyLine]) -> dict[str, Settings]:
                 -sum(_mean(found[cell]) / max(_mean(usual[cell]), 1e-9) for cell in usual),
             )
         if len(scores) == len(tried):
-            chosen[method] = min(scores, key=lambda settings: scores[settings])
+            best = min(scores, key=lambda settings: scores[settings])
+            is_better = scores[best][1] < scores[()][1] * (1.0 + LEAST_GAIN)
+            chosen[method] = best if is_better else ()
     return chosen
 
 
@@ -110,7 +112,7 @@ def _contacts(found: Mapping[str, Sequence[StudyLine]]) -> int:
 
 
 def _mean(lines: Sequence[StudyLine]) -> float:
-    return sum(line.gain for line in lines) / len(lines)
+    return sum(line.per_hour or 0.0 for line in lines) / len(lines)
 
 
 def load_chosen(folder: Path) -> dict[str, Settings]:
@@ -119,7 +121,8 @@ def load_chosen(folder: Path) -> dict[str, Settings]:
     if not path.is_file():
         return {}
     found = read(path, dict[str, dict[str, Any]])
-    return {method: tuple(sorted(values.items())) for method, values in found.items()}
+    chosen = {method: tuple(sorted(values.items())) for method, values in found.items()}
+    return chosen | {name: chosen[other] for name, other in SHARED.items() if other in chosen}
 
 
 def write_chosen(folder: Path, chosen: Mapping[str, Settings]) -> Path:

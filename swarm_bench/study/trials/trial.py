@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import statistics
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from swarm_bench.runs.episode import RunOptions, build
 from swarm_bench.runs.harness import Harness
-from swarm_bench.runs.origin import bench_edition
-from swarm_bench.study.bounds import least_makespan
-from swarm_bench.study.experiments import Settings, StudyRun, is_constant, settings_text
-from swarm_bench.study.lines import STEP, StudyLine
+from swarm_bench.study.trials.bounds import least_makespan
+from swarm_bench.study.trials.cell import Cell, Settings, StudyRun, is_constant, settings_text
+from swarm_bench.study.trials.line import STEP, StudyLine, study_edition
+from swarm_central.movingai import SolverError
+from swarm_central.roadmap import RoadmapError
 from swarm_common.model.beacon import BEACON_SIZE
 from swarm_common.model.errors import WorldError
 from swarm_common.model.records import CONTROL_PERIOD
@@ -30,7 +32,7 @@ BASELINES = "swarm_bench.baselines"
 
 
 def run_one(item: tuple[StudyRun, RunOptions]) -> StudyLine:
-    """Run once.
+    """Run once. A centre that gives up, or has no roadmap, has failed: that is a result, too.
 
     Args:
         item: A run and its options, for which files were read where the command runs.
@@ -40,63 +42,100 @@ def run_one(item: tuple[StudyRun, RunOptions]) -> StudyLine:
     """
     started = time.process_time()
     run, options = item
-    cell = run.cell
-    with _constants(run.settings):
-        episode = build(options, world_class=ChangingWorld if cell.blocked else World)
-        is_lifelong = options.scenario.duration > 0.0
-        bound = None if cell.dead or is_lifelong else least_makespan(options, episode)
-        if episode.centre is not None and cell.outage:
-            first, end = cell.span()
-            episode.centre.outage = first, end - 1
-        harness = _BlockedHarness if cell.blocked else Harness
-        result = harness(options, episode=episode, faults=run.faults(), **_box(run)).run()
-    centre, steady = result.centre, result.steady
+    cell, scenario = run.cell, options.scenario
+    identity: dict[str, Any] = {
+        "experiment": run.experiment,
+        "cell": cell.name,
+        "condition": cell.condition,
+        "method": run.method,
+        "seed": run.seed,
+        "settings": settings_text(run.settings),
+        "edition": study_edition(),
+        "stopped": scenario.limit_of(cell.robots),
+    }
+    try:
+        result, bound = _result(run, options)
+    except (SolverError, RoadmapError) as error:
+        return failed_line(identity, str(error), time.process_time() - started, cell)
+    centre, steady, truth = result.centre, result.steady, result.ground_truth
     radio = BEACON_SIZE / CONTROL_PERIOD
     if centre is not None:
         radio = centre["bytes_up_per_robot_second"] + centre["bytes_down_per_robot_second"]
-    created, done = _orders(result)
     return StudyLine(
-        experiment=run.experiment,
-        cell=cell.name,
-        method=run.method,
-        seed=run.seed,
-        settings=settings_text(run.settings),
-        edition=bench_edition(),
+        **identity,
         goals_sent=result.goals_sent,
         goals_reached=result.goals_reached,
         robot_robot=result.robot_robot,
         robot_world=result.robot_world,
-        makespan=None if result.makespan is None else round(result.makespan, 1),
-        stopped=options.scenario.limit_of(cell.robots),
-        bound=None if bound is None else round(bound, 1),
+        makespan=_rounded(result.makespan, 1),
+        bound=_rounded(bound, 1),
         per_hour=None if steady is None else round(steady.per_hour, 1),
-        lead_time=None if steady is None or not steady.lead_time else round(steady.lead_time, 1),
+        lead_time=None if steady is None else _rounded(steady.lead_time or None, 1),
         batches=None if steady is None else list(steady.finished),
-        created=created,
-        done=done,
+        done=_done(result),
+        worst_by_median=None if steady is None else _worst_by_median(result),
+        stood_share=None if truth is None else round(truth.stood_share, 4),
         cpu=round(time.process_time() - started, 1),
         sim_time=result.sim_time,
         cpu_ms_per_robot_second=round(result.cpu_ms_per_robot_second or 0.0, 3),
-        tick_us_p99=None if result.tick_us_p99 is None else round(result.tick_us_p99, 1),
-        longest_decision_ms=None if centre is None else round(centre["longest_decision_ms"], 1),
+        centre_ms_per_robot_second=_rounded(_of(centre, "cpu_ms_per_robot_second"), 4),
+        tick_us_median=_rounded(result.tick_us_median, 1),
+        tick_us_p99=_rounded(result.tick_us_p99, 1),
+        longest_decision_ms=_rounded(_of(centre, "longest_decision_ms"), 1),
         bytes_per_robot_second=round(radio, 1),
         trajectory_sha256=result.trajectory_sha256,
     )
 
 
-def _orders(result: RunRecord) -> tuple[list[int] | None, list[int] | None]:
-    """Return how many orders came and were done in each `STEP` of the run."""
-    if result.orders is None:
-        return None, None
-    counts = []
-    for field in ("created", "done"):
-        times = [record[field] for record in result.orders["orders"]]
-        bins = [0] * (int(result.sim_time / STEP) + 1)
-        for at in times:
-            if at is not None:
-                bins[int(at / STEP)] += 1
-        counts.append(bins)
-    return counts[0], counts[1]
+def _result(run: StudyRun, options: RunOptions) -> tuple[RunRecord, float | None]:
+    """Return what became of a run, and the least time [s] that it could take, where that counts."""
+    cell = run.cell
+    with _constants(run.settings):
+        episode = build(options, world_class=ChangingWorld if cell.blocked else World)
+        has_route = cell.has_end and not cell.dead and episode.orders is None
+        bound = least_makespan(options, episode) if has_route else None
+        if episode.centre is not None and cell.outage:
+            first, end = cell.span()
+            episode.centre.outage = first, end - 1
+        harness = _BlockedHarness if cell.blocked else Harness
+        return harness(options, episode=episode, faults=run.faults(), **_box(run)).run(), bound
+
+
+def failed_line(identity: dict[str, Any], failure: str, cpu: float, cell: Cell) -> StudyLine:
+    """Return the line of a run whose centre failed: nothing was done, and all time was needed."""
+    return StudyLine(
+        **identity, failure=failure, goals_sent=0, goals_reached=0, robot_robot=0, robot_world=0,
+        makespan=None, bound=None, per_hour=None if cell.has_end else 0.0,
+        batches=None if cell.has_end else [0], cpu=round(cpu, 1), cpu_ms_per_robot_second=0.0,
+        tick_us_p99=None, longest_decision_ms=None, bytes_per_robot_second=None,
+        trajectory_sha256="",
+    )  # fmt: skip
+
+
+def _of(figures: Mapping[str, float] | None, name: str) -> float | None:
+    return None if figures is None else figures[name]
+
+
+def _rounded(value: float | None, digits: int) -> float | None:
+    return None if value is None else round(value, digits)
+
+
+def _done(result: RunRecord) -> list[int] | None:
+    """Return how many orders were done in each `STEP` of a run without end."""
+    if result.orders is None or result.steady is None:
+        return None
+    bins = [0] * (int(result.sim_time / STEP) + 1)
+    for record in result.orders["orders"]:
+        if record["done"] is not None:
+            bins[int(record["done"] / STEP)] += 1
+    return bins
+
+
+def _worst_by_median(result: RunRecord) -> float | None:
+    """Return the goals of the robot with the fewest, by those of the median robot."""
+    reached = [robot.goals_reached for robot in result.per_robot.values()]
+    median = statistics.median(reached) if reached else 0
+    return round(min(reached) / median, 3) if median else None
 
 
 @contextlib.contextmanager
@@ -155,7 +194,7 @@ class _BlockedHarness(Harness):
 
 def line_text(line: StudyLine) -> str:
     """Return one line about a run for the terminal."""
-    end = f"{line.makespan:.1f} s" if line.makespan is not None else "not finished"
+    end = f"{line.makespan:.1f} s" if line.makespan is not None else line.failure or "not finished"
     if line.per_hour is not None:
         end = f"{line.per_hour:.0f} per hour"
     return (

@@ -6,7 +6,6 @@ import pytest
 
 from swarm_bench import statistics
 from swarm_bench.statistics import Interval, mean_of_runs, student_mean
-from swarm_bench.study.levels import change_of_sides, critical_size, dip_of
 
 
 def test_wilson_intervals_are_the_published_ones():
@@ -22,17 +21,25 @@ def test_wilson_intervals_are_the_published_ones():
     assert statistics.bound_of_zero(100) == pytest.approx(3.0 / 100, rel=0.02)
 
 
-def test_holm_of_four_and_profiles_by_hand():
+def test_differences_of_shares_are_the_published_ones():
+    """Newcombe 1998, table II, method 10: 9 of 10 less 3 of 10, and 10 of 10 less 0 of 10."""
+    found, p = statistics.paired_shares([1] * 9 + [0], [1] * 3 + [0] * 7, 0.95)
+    assert (found.low, found.high) == pytest.approx((0.1705, 0.8090), abs=5e-5)
+    assert p == pytest.approx(2 * 0.5**6)  # six pairs differ, all to one side
+    found, p = statistics.paired_shares([1] * 10, [0] * 10, 0.95)
+    assert (found.low, found.high) == pytest.approx((0.6075, 1.0), abs=5e-5)
+    assert statistics.paired_shares([1, 1], [1, 1], 0.95)[1] == 1.0
+
+
+def test_holm_of_four_and_batches_by_hand():
     """0.01, 0.04, 0.03, 0.005: 0.005 and 0.01 are rejected at 5 %, the others are not."""
     found = statistics.holm([0.01, 0.04, 0.03, 0.005])
     assert found == pytest.approx([0.03, 0.06, 0.06, 0.02])
-    assert statistics.interquartile_mean([0, 1, 2, 3, 4, 5, 6, 1000]) == pytest.approx(3.5)
     # batches 8, 12, 10, 10: variance 8/3, of the mean 2/3; two such runs: 1/3, 6 degrees
     found = mean_of_runs([10.0, 10.0], [[8.0, 12.0, 10.0, 10.0]] * 2)
     assert found.half_width == pytest.approx(2.4469 * math.sqrt(1 / 3), abs=1e-4)
     assert mean_of_runs([1.0, 2.0, 3.0], [[5.0, 9.0]] * 3) == student_mean([1.0, 2.0, 3.0])
     assert student_mean([4.0]).half_width == math.inf
-    assert statistics.profile([1.0, 1.2, math.inf, 3.0], (1.0, 1.25, 5.0)) == [0.25, 0.5, 0.75]
 
 
 def test_survival_is_that_of_freireich_1963():
@@ -67,29 +74,14 @@ def test_pairs_are_those_of_darwins_plants():
     assert found.estimate == pytest.approx(1.58)
     assert (found.low, found.high) == pytest.approx((0.7001142, 2.4598858), abs=1e-6)
     assert found.freedom == 9
+    differences = [after - before for before, after in zip(FIRST, SECOND, strict=True)]
+    found, p = statistics.paired_mean(differences, 0.95)
+    assert (found.low, found.high) == pytest.approx((0.7001142, 2.4598858), abs=1e-6)
+    assert p == pytest.approx(0.002833, abs=1e-6)
+    assert statistics.paired_mean([0.0] * 9, 0.95) == (Interval(0.0, 0.0, 0.0), 1.0)
     assert statistics.paired({3: 1.0, 5: 2.0}, {3: 1.0, 5: 2.0}).p == 1.0
 
 
 # Student (1908): hours of sleep that two drugs gave the same ten patients
 FIRST = [0.7, -1.6, -0.2, -1.2, -0.1, 3.4, 3.7, 0.8, 0.0, 2.0]
 SECOND = [1.9, 0.8, 1.1, 0.1, -0.1, 4.4, 5.5, 1.6, 4.6, 3.4]
-
-
-def test_sides_change_where_throughput_stays_or_runs_fail():
-    gains = {
-        10: {0: 100, 1: 101}, 20: {0: 180, 1: 181}, 35: {0: 181, 1: 182}, 50: {0: 170, 1: 171}
-    }  # fmt: skip
-    fine = {size: {0: True, 1: True} for size in gains}
-    assert critical_size(gains, fine) == Interval(20, 20, 20)
-    assert critical_size(gains, fine | {20: {0: True, 1: False}}).estimate == 10
-    assert critical_size(gains, fine | {10: {0: False, 1: False}}).estimate == 0
-    rising = {10: [-5.0, -4.0, -6.0], 20: [-1.0, 2.5, -1.0], 35: [4.0, 5.0, 6.0]}
-    found = change_of_sides(rising)
-    assert found is not None
-    assert found == Interval(20, 20, 35)
-    assert change_of_sides({10: [1.0], 20: [2.0]}) is None
-    assert change_of_sides({}) is None
-    usual = ([1] * 10, [1] * 10)
-    found = dip_of(([1] * 10, [1] * 5 + [0] * 5), usual, 300.0, 60.0)
-    assert found == (1.0, 5.0, 15.0, 300.0, False)
-    assert dip_of(usual, usual, 300.0, 60.0) == (0.0, 0.0, 0.0, 0.0, True)

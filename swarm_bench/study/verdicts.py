@@ -1,0 +1,286 @@
+"""Verdicts of comparisons, and which runs they still need: the sequential rule of the protocol.
+
+A comparison is looked at with 20, 30, ... 60 paired seeds. Each look has its own share of the error
+of 5 %, so its interval is one of 99 %, and its p value counts five times before it is adjusted for
+all comparisons of the experiment (Holm). It ends where the interval lies within the smallest effect
+that matters (*equal*), or where it excludes zero and the adjusted p value is below 5 % (*ahead*,
+*behind*); with 60 seeds and neither it is *open*.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+from swarm_bench.statistics import CONFIDENCE, Interval, holm, paired_mean, paired_shares
+from swarm_bench.study.experiments import (
+    BUDGET,
+    FIRST_SEED,
+    LOOKS,
+    Experiment,
+    Experiments,
+    PairedComparison,
+    Verdict,
+)
+from swarm_bench.study.trials.cell import Cell, Settings, StudyRun, settings_text
+from swarm_bench.study.trials.line import StudyLine
+
+ERROR = 1.0 - CONFIDENCE
+LOOK_CONFIDENCE = 1.0 - ERROR / len(LOOKS)
+Sample = tuple[str, str]  # cell and method
+Lines = Mapping[Sample, Mapping[int, StudyLine]]  # by seed
+
+
+class StudyMeasure(NamedTuple):
+    """A figure of a run by which methods are compared."""
+
+    value: Callable[[StudyLine, StudyLine | None], float | None]  # of a run and its twin
+    sign: int  # 1 if more is better, else -1
+    smallest: float  # effect that matters, as a share
+    unit: str  # of the figure
+    kind: Literal["relative", "share", "event"] = "relative"  # relative: shares of the larger mean
+
+
+def _kept(line: StudyLine, twin: StudyLine | None) -> float | None:
+    if twin is None or not twin.per_hour or line.per_hour is None:
+        return None
+    return line.per_hour / twin.per_hour
+
+
+MEASURES = {
+    "throughput": StudyMeasure(lambda line, twin: line.per_hour, 1, 0.03, "1/h"),
+    "makespan": StudyMeasure(lambda line, twin: line.time, -1, 0.03, "s"),
+    "kept": StudyMeasure(_kept, 1, 0.03, "of the twin", "share"),
+    "success": StudyMeasure(
+        lambda line, twin: float(line.is_success), 1, 0.01, "of the runs", "event"
+    ),
+    "cost": StudyMeasure(lambda line, twin: line.tick_us_median, -1, 0.2, "µs"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class ComparisonResult:
+    """What is known of a comparison.
+
+    Attributes:
+        pairs: Different pairs of runs at the last look.
+        repeated: Pairs left out, since both their trajectories came before.
+        effect: How much better the first side is, as a share; positive is better.
+        p: p value, adjusted for the number of looks; 1 before the first look.
+        ended: Runs of each side that succeeded.
+        adjusted: p value, adjusted for the other comparisons of the experiment, too.
+    """
+
+    comparison: PairedComparison
+    look: int
+    pairs: int
+    repeated: int
+    effect: Interval
+    p: float
+    ended: tuple[int, int]
+    adjusted: float = 1.0
+
+    @property
+    def verdict(self) -> Verdict:
+        """Verdict at the last look."""
+        smallest = MEASURES[self.comparison.measure].smallest
+        if self.pairs < LOOKS[0] or not self.effect.is_known:
+            return "open"
+        if -smallest <= self.effect.low and self.effect.high <= smallest:
+            return "equal"
+        if self.adjusted < ERROR and self.effect.low > 0.0:
+            return "ahead"
+        return "behind" if self.adjusted < ERROR and self.effect.high < 0.0 else "open"
+
+    @property
+    def target(self) -> int:
+        """Seeds that it needs next, or has."""
+        if not self.look:
+            return LOOKS[0]
+        larger = [look for look in LOOKS if look > self.look]
+        return larger[0] if self.verdict == "open" and larger else self.look
+
+    @property
+    def reason(self) -> str:
+        """Why it is open; empty where it is not."""
+        if self.verdict != "open":
+            return ""
+        if not self.look:
+            return "not run"
+        if self.pairs < LOOKS[0]:
+            return f"{self.pairs} different pairs"
+        more = " yet" if self.look < LOOKS[-1] else ""
+        return f"{self.look} seeds do not decide{more}"
+
+
+def by_sample(lines: Iterable[StudyLine]) -> dict[Sample, dict[int, StudyLine]]:
+    """Return lines by cell, method and seed."""
+    found: dict[Sample, dict[int, StudyLine]] = {}
+    for line in lines:
+        found.setdefault((line.cell, line.method), {})[line.seed] = line
+    return found
+
+
+def findings(
+    name: str, experiment: Experiment, lines: Lines, twins: Mapping[str, str]
+) -> list[ComparisonResult]:
+    """Return what is known of all comparisons of an experiment, in their order.
+
+    Args:
+        name: Identifies the experiment in lines.
+        twins: Name of the undisturbed cell by cell.
+    """
+    comparisons = experiment.all_comparisons(name)
+    looked = [_look(each, lines, twins) for each in comparisons]
+    adjusted = holm([finding.p for finding in looked])
+    return [
+        dataclasses.replace(finding, adjusted=p)
+        for finding, p in zip(looked, adjusted, strict=True)
+    ]
+
+
+def needed(comparison: PairedComparison, twins: Mapping[str, str]) -> list[Sample]:
+    """Return the samples whose lines a comparison needs."""
+    samples = list(comparison.samples)
+    if comparison.measure == "kept":
+        samples += [(twins[cell], method) for cell, method in samples]
+    return samples
+
+
+def _look(comparison: PairedComparison, lines: Lines, twins: Mapping[str, str]) -> ComparisonResult:
+    """Return what is known of a comparison, not yet adjusted for the others."""
+    samples = needed(comparison, twins)
+    count = 0
+    while all(FIRST_SEED + count in lines.get(sample, {}) for sample in samples):
+        count += 1
+    look = max((each for each in LOOKS if each <= count), default=0)
+    measure, seen = MEASURES[comparison.measure], set[tuple[str, str]]()
+    pairs, ended, repeated = list[tuple[float, float]](), [0, 0], 0
+    for seed in range(FIRST_SEED, FIRST_SEED + look):
+        sides = [lines[sample][seed] for sample in comparison.samples]
+        if (run := (sides[0].trajectory_sha256, sides[1].trajectory_sha256)) in seen:
+            repeated += 1
+            continue
+        seen.add(run)
+        values = [
+            measure.value(line, lines.get((twins[line.cell], line.method), {}).get(seed))
+            for line in sides
+        ]
+        if values[0] is not None and values[1] is not None:
+            pairs.append((values[0], values[1]))
+            ended = [old + line.is_success for old, line in zip(ended, sides, strict=True)]
+    effect, p = effect_of(pairs, measure)
+    p = min(1.0, len(LOOKS) * p)
+    return ComparisonResult(comparison, look, len(pairs), repeated, effect, p, (ended[0], ended[1]))
+
+
+def effect_of(
+    pairs: Sequence[tuple[float, float]], measure: StudyMeasure
+) -> tuple[Interval, float]:
+    """Return by how much the first of each pair is better, as a share, and the p value of a look.
+
+    A relative effect is a share of the larger of both means, so it lies between -1 and 1 however
+    bad one side is.
+    """
+    if len(pairs) < 2:
+        return Interval(math.nan), 1.0
+    first, second = zip(*pairs, strict=True)
+    if measure.kind == "event":
+        return paired_shares(first, second, LOOK_CONFIDENCE)
+    scale = max(sum(first), sum(second)) / len(pairs) if measure.kind == "relative" else 1.0
+    differences = [measure.sign * (a - b) / (scale or 1.0) + 0.0 for a, b in pairs]  # no -0
+    return paired_mean(differences, LOOK_CONFIDENCE)
+
+
+def all_findings(experiments: Experiments, lines: Lines) -> dict[str, list[ComparisonResult]]:
+    """Return what is known of all comparisons, by experiment."""
+    twins = twins_of(experiments)
+    return {name: findings(name, each, lines, twins) for name, each in experiments.items()}
+
+
+def twins_of(experiments: Experiments) -> dict[str, str]:
+    """Return the name of the undisturbed cell by cell."""
+    return {cell.name: cell.twin for each in experiments.values() for cell in each.cells}
+
+
+def judged(hypothesis_findings: Sequence[ComparisonResult]) -> str:
+    """Return whether a hypothesis was right: in all comparisons; wrong if decided otherwise."""
+    if any(f.verdict not in ("open", f.comparison.expected) for f in hypothesis_findings):
+        return "wrong"
+    is_open = any(f.verdict == "open" for f in hypothesis_findings)
+    return "open" if is_open else "right"
+
+
+def due_runs(
+    experiments: Experiments,
+    lines: Collection[StudyLine],
+    settings: Mapping[str, Settings],
+    *,
+    most_looks: int = len(LOOKS),
+) -> list[StudyRun]:
+    """Return the runs that the study needs next, in an order in which a part of them tells most.
+
+    All methods of a cell and seed follow each other. The n-th seed of a cell waits in proportion to
+    its cost and the square of n: what it adds to the knowledge of a mean falls like that.
+
+    Args:
+        lines: Lines of the study, of one edition.
+        most_looks: Looks that a comparison gets; 1 for the dearest question: what at least.
+    """
+    known, twins = by_sample(lines), twins_of(experiments)
+    spent = sum(line.cpu for line in lines) / 3600.0
+    targets: dict[Sample, int] = {}
+    for found in all_findings(experiments, known).values():
+        for finding in found:
+            most = LOOKS[min(most_looks, 1 if spent >= BUDGET else len(LOOKS)) - 1]
+            for sample in needed(finding.comparison, twins):
+                targets[sample] = max(targets.get(sample, 0), min(finding.target, most))
+    groups = []
+    for name, experiment in experiments.items():
+        for cell in experiment.cells:
+            methods = experiment.methods_of(cell)
+            wanted = {m: targets.get((cell.name, m), LOOKS[0]) for m in methods}
+            for number in range(max(wanted.values())):
+                runs = _missing(name, cell, number, wanted, known, settings)
+                groups.append((sum(run.cost() for run in runs) * (number + 1) ** 2, runs))
+    return [run for _, runs in sorted(groups, key=lambda group: group[0]) for run in runs]
+
+
+def _missing(
+    name: str,
+    cell: Cell,
+    number: int,
+    wanted: Mapping[str, int],
+    known: Lines,
+    settings: Mapping[str, Settings],
+) -> list[StudyRun]:
+    """Return the runs of a cell's n-th seed that are wanted and not known."""
+    seed = FIRST_SEED + number
+    return [
+        StudyRun(name, cell, method, seed, settings.get(method, ()))
+        for method, count in wanted.items()
+        if number < count and seed not in known.get((cell.name, method), {})
+    ]
+
+
+def fitting_lines(
+    experiments: Experiments, lines: Iterable[StudyLine], settings: Mapping[str, Settings]
+) -> list[StudyLine]:
+    """Return the lines of the study's cells as they are now, by methods as they were tuned."""
+    cells = {
+        (name, cell.name): (cell.condition, each.methods_of(cell))
+        for name, each in experiments.items()
+        for cell in each.cells
+    }
+    texts = {method: settings_text(chosen) for method, chosen in settings.items()}
+    nothing: tuple[str, list[str]] = ("", [])
+    found = []
+    for line in lines:
+        condition, methods = cells.get((line.experiment, line.cell), nothing)
+        is_tuned = line.settings == texts.get(line.method, "")
+        if line.condition == condition and line.method in methods and is_tuned:
+            found.append(line)
+    return found
