@@ -434,12 +434,20 @@ class MapfCentre:
                 for line in robot.held():
                     yield from line
 
+    def _seen(self) -> set[Point]:
+        """Return the places of things that are not on the map, as robots last reported them."""
+        return {place for robot in self._robots.values() for place in robot.report.seen_map}
+
     def _close(self, robots: Sequence[RobotProgress]) -> None:
         """Close the vertices near obstacles."""
         closed = np.zeros_like(self._closed)
-        for place in self._obstacles():
-            gaps = np.hypot(*(self.roadmap.points - np.array(place)).T)
-            closed |= gaps < 2 * self._radii.max()
+        for room, places in (
+            (2 * self._radii.max(), self._obstacles()),
+            (self._room, self._seen()),
+        ):
+            for place in places:
+                gaps = np.hypot(*(self.roadmap.points - np.array(place)).T)
+                closed |= gaps < room
         if (closed != self._closed).any():
             self._closed, self._is_stale = closed, True
             self._forget_fields()

@@ -13,14 +13,16 @@ from scipy.sparse.csgraph import connected_components
 
 from swarm_central.roadmap_kernels import costs_to
 from swarm_common.model.errors import SwarmError
+from swarm_common.model.grid import KEEPOUT
 from swarm_common.model.records import FloatArray
-from swarm_nav.planning.terrain import HALL_DISTANCE, Terrain
+from swarm_nav.planning.terrain import HALL_DISTANCE, KEEPOUT_COST, Terrain
 
 EAST, NORTH, WEST, SOUTH = range(4)
 STEPS = ((1, 0), (0, 1), (-1, 0), (0, -1))  # (columns, rows) by direction
 SHIFTS = 12  # offsets of the lattice that are tried along each axis
 STATION_WEIGHT = 12.0  # vertices that a station on the lattice is worth
 MOST_NEAR = 16  # vertices that are looked at for a point
+ZONE_SAMPLES = 6  # places along a way where the costs of zones are read
 NO_WAY = np.float32(1e9)  # [s] where there is none
 
 
@@ -100,7 +102,7 @@ def build_roadmap(
     """Return the roadmap whose offset gives most vertices, and stations within reach.
 
     Args:
-        terrain: The map; its lanes become costs.
+        terrain: The map; its lanes and zones become costs.
         spacing: [m] between neighbours.
         room: [m] that a vertex and the ways between vertices keep from walls.
         speed: [m/s]
@@ -238,8 +240,23 @@ def _edge_times(
         middle = 0.5 * (points[ways] + points[neighbors[ways, direction]])
         along = _on_lattice(terrain, middle, lattice.heading) @ np.array(unit, np.float32)
         lane = _on_lattice(terrain, middle, lattice.lane)
-        edges[ways, direction] = time * (1.0 + 0.5 * lane * (1.0 - along))
+        zones = _zone_costs(terrain, points[ways], points[neighbors[ways, direction]])
+        edges[ways, direction] = time * (1.0 + 0.5 * lane * (1.0 - along) + zones)
     return edges
+
+
+def _zone_costs(terrain: Terrain, starts: FloatArray, ends: FloatArray) -> FloatArray | float:
+    """Return the mean extra cost (n,) per metre of learned lanes and keepout zones along ways."""
+    grid = terrain.grid
+    if grid.keepout is None:
+        return 0.0
+    shares = np.linspace(0.0, 1.0, ZONE_SAMPLES)
+    places = starts[:, None] + shares[:, None] * (ends - starts)[:, None]
+    cells = ((places - (grid.origin_x, grid.origin_y)) / grid.resolution).astype(int)
+    rows = np.clip(cells[..., 1], 0, grid.height - 1)
+    columns = np.clip(cells[..., 0], 0, grid.width - 1)
+    costs: FloatArray = grid.keepout[rows, columns].mean(axis=1) * KEEPOUT_COST / (KEEPOUT - 1)
+    return costs
 
 
 def _on_lattice(terrain: Terrain, points: FloatArray, layer: NDArray[np.generic]) -> FloatArray:

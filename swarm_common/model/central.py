@@ -8,10 +8,12 @@ import struct
 from dataclasses import dataclass
 from enum import StrEnum
 
-from swarm_common.model.records import Pose
+import numpy as np
+
+from swarm_common.model.records import FloatArray, Pose
 
 # On the graph places have 8 bytes a number, so that robots and centre decide as in the bench.
-REPORT = struct.Struct("<HIdddIIIddB")  # in the order of the fields of `RobotReport`
+REPORT = struct.Struct("<HIdddIIIddB")  # the fields of `RobotReport`; what it has seen follows
 ORDER = struct.Struct("<HIIB")  # robot, number, first, number of points
 POINT = struct.Struct("<dd")
 # On the air 4 suffice, to less than a millimetre: this is what is counted.
@@ -19,6 +21,8 @@ REPORT_SIZE = struct.calcsize("<HIfffIIIffB")
 POINT_SIZE = struct.calcsize("<ff")
 FARTHEST = 10_000.0  # [m] of a robot or goal from the origin of the map
 LONGEST = 100_000.0  # [m] of an order's way, from the origin on
+MOST_SEEN = 16  # things in a report
+SEEN_STEP = 0.25  # [m] from one of them to the next
 SERIAL_BITS = 20  # of an order's number; those above count the commands that a robot came under
 
 
@@ -34,11 +38,13 @@ class RobotReport:
     goal_id: int  # of the current goal; 0 without one
     goal_map: tuple[float, float]  # [m]; NaN without a goal
     has_arrived: bool  # whether the robot turns or is served at its goal
+    # [m] places of things that its LiDAR has seen, and neither map nor beacons explain
+    seen_map: tuple[tuple[float, float], ...] = ()
 
     @property
     def size(self) -> int:
         """Bytes on the air."""
-        return REPORT_SIZE
+        return REPORT_SIZE + len(self.seen_map) * POINT_SIZE
 
     def packed(self) -> bytes:
         """Return the message."""
@@ -54,7 +60,21 @@ class RobotReport:
             self.goal_id,
             *self.goal_map,
             self.has_arrived,
-        )
+        ) + b"".join(POINT.pack(*place) for place in self.seen_map)
+
+
+def places_seen(marks_map: FloatArray, pose_map: Pose) -> tuple[tuple[float, float], ...]:
+    """Return what a robot reports of the marks of its LiDAR: the nearest, `SEEN_STEP` apart.
+
+    Args:
+        marks_map: (n, 2) [m].
+        pose_map: Place of the robot, from which near is near.
+    """
+    if len(marks_map) == 0:
+        return ()
+    cells = np.unique(np.round(marks_map / SEEN_STEP), axis=0) * SEEN_STEP
+    near = np.argsort(np.hypot(*(cells - (pose_map.x, pose_map.y)).T), kind="stable")[:MOST_SEEN]
+    return tuple((x, y) for x, y in cells[near].tolist())
 
 
 def unpack_report(data: bytes) -> RobotReport:
@@ -63,12 +83,14 @@ def unpack_report(data: bytes) -> RobotReport:
     Raises:
         ValueError: If it has another size, or names no place.
     """
-    if len(data) != REPORT.size:
-        raise ValueError(f"a report of {len(data)} bytes; expected {REPORT.size}")
-    robot_id, tick, x, y, yaw, passed, heard, goal_id, *goal, arrived = REPORT.unpack(data)
-    has_goal = not all(map(math.isnan, goal))
-    if not all(abs(value) <= FARTHEST for value in (x, y, yaw, *(goal if has_goal else ()))):
-        raise ValueError(f"a report of ({x:g}, {y:g}, {yaw:g}) with the goal {goal}")
+    head, body = data[: REPORT.size], data[REPORT.size :]
+    if len(head) < REPORT.size or len(body) % POINT.size or len(body) > MOST_SEEN * POINT.size:
+        raise ValueError(f"{len(data)} bytes are no report")
+    robot_id, tick, x, y, yaw, passed, heard, goal_id, *goal, arrived = REPORT.unpack(head)
+    seen = tuple(POINT.iter_unpack(body))
+    places = (x, y, yaw, *(() if all(map(math.isnan, goal)) else goal), *itertools.chain(*seen))
+    if not all(abs(value) <= FARTHEST for value in places):
+        raise ValueError(f"a report of ({x:g}, {y:g}, {yaw:g}) with the goal {goal} and {seen}")
     return RobotReport(
         robot_id=robot_id,
         tick=tick,
@@ -78,6 +100,7 @@ def unpack_report(data: bytes) -> RobotReport:
         goal_id=goal_id,
         goal_map=(goal[0], goal[1]),
         has_arrived=bool(arrived),
+        seen_map=seen,
     )
 
 

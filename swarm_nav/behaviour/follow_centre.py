@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from swarm_common.model.central import Coordination, RobotReport
+from swarm_common.model.central import Coordination, RobotReport, places_seen
 from swarm_common.model.records import FloatArray
 from swarm_nav.behaviour.parts import Parts
 from swarm_nav.behaviour.rules import Arrive
@@ -101,6 +101,7 @@ class FollowCentre:
             goal_id=0 if task is None else task.goal.goal_id or UNNAMED,
             goal_map=(math.nan, math.nan) if task is None else task.place,
             has_arrived=is_busy or (task is not None and task.has_arrived),
+            seen_map=places_seen(robot.obstacle_points(), robot.pose),
         )
 
     def _begin_anew(self, robot: RobotView) -> Proposal | None:
