@@ -92,5 +92,7 @@ def test_a_wrong_file_is_refused_in_our_words(text, said, tmp_path):
 
 
 def test_every_field_has_a_flag_or_is_for_files_and_programs():
-    assert set(RunSpec.__struct_fields__) - FLAGS.keys() == {"parameters", "external", "paused"}
+    assert set(RunSpec.__struct_fields__) - FLAGS.keys() == {
+        "parameters", "vda5050_faults", "external", "paused",
+    }  # fmt: skip
     assert not msgspec.to_builtins(RunSpec())
