@@ -52,7 +52,7 @@ _NAMES: Mapping[str, str] = {
         progress_checker.required_movement_radius progress_checker.movement_time_allowance
         behavior.wait_duration traffic.retry_time traffic.wait_time traffic.stuck_time
         traffic.patience traffic.centre_silence holding.hold_distance holding.circuit_spacing
-        holding.region_density holding.station_patience localisation.update_min_d
+        holding.station_patience localisation.update_min_d
         localisation.update_min_a localisation.update_period localisation.pf_err
         localisation.sigma_hit localisation.z_hit localisation.laser_likelihood_max_dist
         localisation.beam_skip_distance localisation.recovery_spread

@@ -2,11 +2,11 @@
 
 Beyond a density the flow through a narrow region falls as more robots enter it (the fundamental
 diagram of traffic; perimeter control: Daganzo 2007, Keyvan-Ekbatani et al. 2012). A robot in the
-open whose path leads into such a region counts those that it hears inside, those admitted and those
-that ask with a higher priority; it enters while that is less than the part of the region within
-radio range of where its way enters has room for, and while fewer robots than the whole region has
-room for were seen in it by anybody (`swarm_nav.perception.absence`). Otherwise it waits in the
-open, wherever a place is free. Each robot decides alone.
+open whose path leads into such a region enters while fewer robots than the region has room for were
+seen in it by anybody (`swarm_nav.perception.absence`), and while few are on the last metres before
+it: those that are admitted, and those that ask from nearer to where its way enters. So the mouth is
+fed by those who stand there, and never by a crowd. Otherwise it waits in the open, wherever a place
+is free. Each robot decides alone.
 
 The gate is subordinate to the priorities, with driving and waiting robots counted alike. A robot
 that ranks so above all others that are inside, admitted or ask, enters however many they are, and
@@ -121,7 +121,7 @@ class Gate:
     asked_tick: int = 0  # tick since which it waits or asks, 0 if it does not
     is_admitted: bool = False  # whether it may enter, or is inside
     first: int = 0  # id of the highest robot that it waits for, 0 for none
-    _area: float = 0.0  # [m²] of the region within radio range of where its way enters it
+    _mouth: tuple[float, float] = (0.0, 0.0)  # [m] in map, where its way enters the region
     _part: int = 0  # of the region, in which its way leads
     _part_area: float = 0.0  # [m²]
     _measured: NDArray[np.int16] | None = None  # the region whose part that is
@@ -168,7 +168,7 @@ class Gate:
                 a lease; called only when the robot asks.
         """
         config = robot.config.holding
-        if self.region is None or config.gate_density <= 0.0:
+        if self.region is None or config.region_density <= 0.0:
             self.leave()
             return
         frame = robot.planner.lattice.frame
@@ -184,7 +184,7 @@ class Gate:
             self._look_at(robot)
         ahead, is_highest = self._ahead(robot, priority())
         self.is_admitted = is_highest or (
-            ahead < max(1.0, config.gate_density * self._area)
+            ahead < config.approach_slots
             and self._seen_inside(robot) < max(1.0, config.region_density * self._part_area)
         )
 
@@ -203,15 +203,13 @@ class Gate:
         return False
 
     def _look_at(self, robot: RobotView) -> None:
-        """Record how large the region is where the way ahead enters it, and as a whole."""
-        tube, lattice = robot.tube, robot.planner.lattice
+        """Record where the way ahead enters the region, and how large that part of it is."""
+        tube = robot.tube
         way = tube.points[tube.near : tube.near + WAY_POINTS]
-        x, y = way[max(0, gate_kernels.entry(self.region, lattice.frame, way))]
+        entry = gate_kernels.entry(self.region, robot.planner.lattice.frame, way)
+        x, y = way[max(0, entry)].tolist()
+        self._mouth = x, y
         self._choose_part(robot, x, y)
-        reach = robot.config.traffic.radio_range
-        floor = self._floor(lattice)
-        cells = gate_kernels.cells_within(floor, lattice.frame, (x, y), reach)
-        self._area = int(cells) * lattice.step**2
 
     def _choose_part(self, robot: RobotView, x: float, y: float) -> None:
         """Record in which part of the region a point lies, and how large that part is."""
@@ -219,12 +217,8 @@ class Gate:
         part = int(label_at(self.region, lattice.frame, x, y))
         if part != self._part or self.region is not self._measured:
             self._part, self._measured = part, self.region
-            cells = np.count_nonzero(self._floor(lattice) == part)
+            cells = np.count_nonzero((self.region == part) & (lattice.base < search_kernels.WALL))
             self._part_area = float(cells) * lattice.step**2
-
-    def _floor(self, lattice: Lattice) -> NDArray[np.int16]:
-        assert self.region is not None
-        return np.where(lattice.base < search_kernels.WALL, self.region, np.int16(0))
 
     def _seen_inside(self, robot: RobotView) -> int:
         """Return how many others were seen in the part of the region not long ago."""
@@ -260,7 +254,7 @@ class Gate:
             self.leave()
 
     def _ahead(self, robot: RobotView, priority: int) -> tuple[int, bool]:
-        """Count robots inside, admitted, or asking with a higher priority, without blocked ones.
+        """Count robots that are admitted, or ask from nearer to the mouth, without blocked ones.
 
         Returns:
             The number, and true if no robot inside, admitted or asking ranks higher.
@@ -272,5 +266,6 @@ class Gate:
             neighbors.gate_columns,
             (neighbors.ids, neighbors.priorities, neighbors.gone),
             (priority & SENIORITY, robot.robot_id, robot.wait_ticks),
+            (*self._mouth, robot.distance_to(*self._mouth)),
         )
         return int(count), bool(is_highest)

@@ -65,24 +65,27 @@ def count_ahead(
     columns: tuple[NDArray[np.float32], NDArray[np.uint32], NDArray[np.uint32]],
     robots: tuple[NDArray[np.uint32], NDArray[np.int64], NDArray[np.bool_]],
     own: tuple[int, int, int],
+    mouth: tuple[float, float, float],
 ) -> tuple[int, bool, int]:
-    """Count the robots that go before this one.
+    """Count the robots that enter before this one.
 
-    These are inside, admitted, or ask with a higher rank; of the last two only those that are not
-    blocked on their way.
+    These are admitted, or ask from nearer to the mouth, and are not blocked on their way.
 
     Args:
         columns: `GateColumns` as a plain tuple.
         own: Seniority and id of this robot, and for how many ticks one that counts may have been
             blocked on its way to the mouth.
+        mouth: x, y [m] in map of where this robot's way enters the region, and how far it is
+            from there [m].
 
     Returns:
-        Their number, whether none of those with a goal ranks above this robot, and the id of the
-        highest of those that count, 0 without any.
+        Their number, whether none of those with a goal that are inside, admitted or ask ranks above
+        this robot, and the id of the highest of those that count or are inside, 0 without any.
     """
     poses, gate_ticks, blocked = GateColumns(*columns)
     ids, priorities, gone = Robots(*robots)
     seniority, own_id, patience = own
+    x, y, distance = mouth
     count = 0
     is_highest = True
     first = 0
@@ -92,13 +95,16 @@ def count_ahead(
         if not inside and gate_ticks[k] == 0:
             continue
         theirs = priorities[k] & SENIORITY
-        ranks_above = outranks(theirs, ids[k], seniority, own_id)
-        if ranks_above and not gone[k] and priorities[k] > SENIORITY:  # that has a goal
-            is_highest = False
-        if inside or (blocked[k] <= patience and (gate_ticks[k] == 1 or ranks_above)):
+        if outranks(theirs, ids[k], seniority, own_id):
+            if not gone[k] and priorities[k] > SENIORITY:  # that has a goal
+                is_highest = False
+        if not inside:
+            is_nearer = math.hypot(poses[k, 0] - x, poses[k, 1] - y) < distance
+            if blocked[k] > patience or not (gate_ticks[k] == 1 or is_nearer):
+                continue
             count += 1
-            if theirs > highest:
-                first, highest = np.int64(ids[k]), theirs
+        if theirs > highest:
+            first, highest = np.int64(ids[k]), theirs
     return count, is_highest, first
 
 
@@ -156,31 +162,6 @@ def count_seen(
         if known.ticks[robot] >= since and robot != own_id:
             place = known.places[robot]
             count += label_at(parts, frame, place[0], place[1]) == part
-    return count
-
-
-@njit(cache=True)
-def cells_within(region: Labels, frame: Frame, centre: tuple[float, float], reach: float) -> int:
-    """Return how many of the region's cells have their middle within reach of a point.
-
-    Args:
-        centre: x, y [m] in map.
-        reach: [m].
-    """
-    origin_x, origin_y, step = frame
-    x, y = centre
-    height, width = region.shape
-    span = int(reach / step) + 1
-    row = int((y - origin_y) / step)
-    column = int((x - origin_x) / step)
-    count = 0
-    for i in range(max(0, row - span), min(height, row + span + 1)):
-        for j in range(max(0, column - span), min(width, column + span + 1)):
-            if region[i, j] > 0:
-                dx = origin_x + (j + 0.5) * step - x
-                dy = origin_y + (i + 0.5) * step - y
-                if dx * dx + dy * dy <= reach * reach:
-                    count += 1
     return count
 
 

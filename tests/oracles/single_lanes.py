@@ -43,27 +43,26 @@ def count_ahead(
     robots: list[Neighbor],
     own: tuple[int, int],
     patience: int,
+    mouth: Point,
+    distance: float,
 ) -> tuple[int, bool, int]:
-    """Return who is inside, or admitted or ranks above us and is not blocked; and if none does.
+    """Return how many are admitted or nearer to the mouth, and not blocked; and if none is higher.
 
-    And the id of the highest of them; of equal ones the smaller.
+    And the id of the highest of them and of those inside; of equal ones the smaller.
     """
-    counted, is_highest = [], True
+    counted, ahead, is_highest = [], 0, True
     for robot in robots:
         inside = is_inside(region, frame, robot.place)
         if not inside and robot.gate_tick == 0:
             continue
         above = robot.rank > own
-        if inside or (robot.blocked <= patience and (robot.gate_tick == 1 or above)):
-            counted.append(robot.rank)
         is_highest &= not (above and robot.has_goal and not robot.is_gone)
-    return len(counted), is_highest, -max(counted)[1] if counted else 0
-
-
-def cells_within(region: NDArray[np.bool_], frame: Frame, centre: Point, reach: float) -> int:
-    """Return how many cells of the region have their centre within reach."""
-    places = (np.argwhere(region)[:, ::-1] + 0.5) * frame[2] + frame[:2]
-    return int((np.hypot(*(places - centre).T) <= reach).sum())
+        is_nearer = math.dist(robot.place, mouth) < distance
+        goes_first = robot.blocked <= patience and (robot.gate_tick == 1 or is_nearer)
+        ahead += not inside and goes_first
+        if inside or goes_first:
+            counted.append(robot.rank)
+    return ahead, is_highest, -max(counted)[1] if counted else 0
 
 
 def components(mask: NDArray[np.bool_]) -> list[frozenset[tuple[int, int]]]:

@@ -10,7 +10,9 @@ CONTEST = 120.0  # [s] that the robots wait at least, all together
 @pytest.mark.parametrize("seed", [0, 1])
 def test_everybody_gets_through_a_gate_that_is_contested(seed):
     census = Census()
-    result = party(seed, holding__region_density=0.2).run(census.watch())  # half the usual room
+    result = party(seed, holding__region_density=0.1).run(
+        census.watch()
+    )  # a quarter of the usual room
     assert 0.1 * sum(census.waited.values()) > CONTEST
     assert census.entered == set(range(len(HOMES)))
     assert result.is_flawless, result

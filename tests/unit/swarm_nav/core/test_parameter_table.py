@@ -41,7 +41,7 @@ def test_the_range_is_what_is_accepted_and_told(row):
         assert accepts(row, row.low + 1e-3)
     if row.excludes_high:
         assert accepts(row, row.high - 1e-3)
-    # `holding.gate_density` of 1e308 was told to be from -10000.
+    # `holding.region_density` of 1e308 was told to be from -10000.
     value = 2**62 if isinstance(row.default, int) else 1e308
     with pytest.raises(ConfigError) as caught:
         config_from_parameters({row.name: value})
