@@ -10,9 +10,8 @@ CONTEST = 120.0  # [s] that the robots wait at least, all together
 @pytest.mark.parametrize("seed", [0, 1])
 def test_everybody_gets_through_a_gate_that_is_contested(seed):
     census = Census()
-    result = party(seed, holding__region_density=0.1).run(
-        census.watch()
-    )  # a quarter of the usual room
+    narrow = {"holding__region_density": 0.05, "holding__approach_slots": 1}
+    result = party(seed, **narrow).run(census.watch())
     assert 0.1 * sum(census.waited.values()) > CONTEST
     assert census.entered == set(range(len(HOMES)))
     assert result.is_flawless, result

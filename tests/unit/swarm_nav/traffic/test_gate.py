@@ -221,8 +221,8 @@ def test_who_stands_at_the_mouth_enters_first(nearer, is_admitted):
     hear(s, *near, *far)
     ask(gate, s)
     assert gate.is_admitted is is_admitted
-    hear(s, *near)
-    ask(gate, s)
+    gate, s = gate_and_robot(*near)
+    ask(gate, s, priority=8)
     assert gate.is_admitted, "it ranks above all that ask"
 
 
