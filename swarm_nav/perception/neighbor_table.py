@@ -55,7 +55,7 @@ class NeighborTable:
         ids: (n,)
         ages: (n,) [ticks] since each was sent.
         gone: (n,)
-        gate_columns: Poses, gate and blocked ticks, of which the first n rows are in use.
+        gate_columns: Poses, gate and blocked ticks and modes, of which the first n rows are in use.
         request_columns: Stations, station and gate ticks, likewise.
         priorities: (n,) as published.
         acks: (n,) tick of the newest of our beacons that each neighbour acknowledged; the present
@@ -424,10 +424,10 @@ class NeighborTable:
         places = rows * (HELD_POINTS + WANTED_POINTS)
         self._masks = np.empty((places, 2)), np.empty(places), np.empty(places, np.bool_)
         # views of the whole table, see `columns`
-        names = ("pose", "gate_tick", "blocked_ticks")
-        self.gate_columns = tuple(self._records[name] for name in names)
-        names = ("station", "station_tick", "gate_tick")
-        self.request_columns = tuple(self._records[name] for name in names)
+        of_gate = ("pose", "gate_tick", "blocked_ticks", "mode")
+        of_request = ("station", "station_tick", "gate_tick")
+        self.gate_columns = tuple(self._records[name] for name in of_gate)
+        self.request_columns = tuple(self._records[name] for name in of_request)
         self._claims = tuple(self._records[name] for name in CLAIM_COLUMNS)
 
     def _show(self, count: int) -> None:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_common.model.beacon import MODE_HOLD
 from swarm_common.model.records import Mask
 from swarm_common.process.numba_compat import njit
 from swarm_nav.core.rank import SENIORITY, outranks
@@ -27,6 +28,7 @@ class GateColumns(NamedTuple):
     poses: NDArray[np.float32]  # (rows, 3) [m], [m], [rad] in map
     gate_ticks: NDArray[np.uint32]  # 0: asks not, 1: is admitted, later: asks since
     blocked_ticks: NDArray[np.uint32]
+    modes: NDArray[np.uint32]
 
 
 class RequestColumns(NamedTuple):
@@ -62,14 +64,15 @@ def entry(region: Labels | Mask, frame: Frame, way: Floats) -> int:
 def count_ahead(
     region: Labels,
     frame: Frame,
-    columns: tuple[NDArray[np.float32], NDArray[np.uint32], NDArray[np.uint32]],
+    columns: tuple[NDArray[np.float32], NDArray[np.uint32], NDArray[np.uint32], NDArray[np.uint32]],
     robots: tuple[NDArray[np.uint32], NDArray[np.int64], NDArray[np.bool_]],
     own: tuple[int, int, int],
     mouth: tuple[float, float, float],
 ) -> tuple[int, bool, int]:
     """Count the robots that enter before this one.
 
-    These are admitted, or ask from nearer to the mouth, and are not blocked on their way.
+    These are admitted, or ask from nearer to the mouth, and are not blocked on their way; or they
+    wait inside for a station.
 
     Args:
         columns: `GateColumns` as a plain tuple.
@@ -82,7 +85,7 @@ def count_ahead(
         Their number, whether none of those with a goal that are inside, admitted or ask ranks above
         this robot, and the id of the highest of those that count or are inside, 0 without any.
     """
-    poses, gate_ticks, blocked = GateColumns(*columns)
+    poses, gate_ticks, blocked, modes = GateColumns(*columns)
     ids, priorities, gone = Robots(*robots)
     seniority, own_id, patience = own
     x, y, distance = mouth
@@ -98,7 +101,9 @@ def count_ahead(
         if outranks(theirs, ids[k], seniority, own_id):
             if not gone[k] and priorities[k] > SENIORITY:  # that has a goal
                 is_highest = False
-        if not inside:
+        if inside:
+            count += modes[k] == MODE_HOLD
+        else:
             is_nearer = math.hypot(poses[k, 0] - x, poses[k, 1] - y) < distance
             if blocked[k] > patience or not (gate_ticks[k] == 1 or is_nearer):
                 continue

@@ -35,6 +35,7 @@ class Neighbor:
     rank: tuple[int, int]  # the seniority, and the id counted down
     has_goal: bool
     is_gone: bool
+    holds: bool
 
 
 def count_ahead(
@@ -46,7 +47,7 @@ def count_ahead(
     mouth: Point,
     distance: float,
 ) -> tuple[int, bool, int]:
-    """Return how many are admitted or nearer to the mouth, and not blocked; and if none is higher.
+    """Return how many are admitted or nearer, not blocked, or hold inside; and if none is higher.
 
     And the id of the highest of them and of those inside; of equal ones the smaller.
     """
@@ -59,7 +60,7 @@ def count_ahead(
         is_highest &= not (above and robot.has_goal and not robot.is_gone)
         is_nearer = math.dist(robot.place, mouth) < distance
         goes_first = robot.blocked <= patience and (robot.gate_tick == 1 or is_nearer)
-        ahead += not inside and goes_first
+        ahead += robot.holds if inside else goes_first
         if inside or goes_first:
             counted.append(robot.rank)
     return ahead, is_highest, -max(counted)[1] if counted else 0

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from swarm_common.model.beacon import MODE_DRIVE, MODE_HOLD
 from swarm_common.model.records import Pose
 from swarm_nav.core.rank import SENIORITY
 from swarm_nav.perception.absence_kernels import NEVER, Sightings
@@ -36,19 +37,25 @@ def test_the_kernels_equal_their_slow_twins(seed):
     ticks = rng.choice((0, 1, 50, 60, 70), 12).astype(np.uint32)
     blocked = rng.choice((0, 30, 31), 12).astype(np.uint32)
     gone = rng.random(12) < 0.2
+    modes = rng.choice((MODE_DRIVE, MODE_HOLD), 12).astype(np.uint32)
     seniority, rank = rng.integers(1, 4, 12), rng.integers(0, 3, 12)
     ids = np.arange(1, 13, dtype=np.uint32)
     poses = np.column_stack((places, np.zeros(12))).astype(np.float32)
     robots = [
         oracle.Neighbor(
             (float(x), float(y)), int(ticks[k]), int(blocked[k]), (int(seniority[k]), -k - 1),
-            bool(rank[k]), bool(gone[k]),
+            bool(rank[k]), bool(gone[k]), bool(modes[k] == MODE_HOLD),
         )
         for k, (x, y, _) in enumerate(poses)
     ]  # fmt: skip
     priorities = rank * (SENIORITY + 1) + seniority
     counted = kernels.count_ahead(
-        parts, FRAME, (poses, ticks, blocked), (ids, priorities, gone), (2, 6, 30), (1.0, 1.0, 1.5)
+        parts,
+        FRAME,
+        (poses, ticks, blocked, modes),
+        (ids, priorities, gone),
+        (2, 6, 30),
+        (1.0, 1.0, 1.5),
     )
     assert counted == oracle.count_ahead(region, FRAME, robots, (2, -6), 30, (1.0, 1.0), 1.5)
     groups = oracle.components(region)
@@ -224,6 +231,23 @@ def test_who_stands_at_the_mouth_enters_first(nearer, is_admitted):
     gate, s = gate_and_robot(*near)
     ask(gate, s, priority=8)
     assert gate.is_admitted, "it ranks above all that ask"
+
+
+@pytest.mark.parametrize(("holding", "is_admitted"), [(2, True), (3, False)])
+def test_nobody_follows_those_who_wait_inside(holding, is_admitted):
+    """A pipeline's robots crowded before its first loaders, in the way of those that left them."""
+    gate, s = gate_and_robot()
+    gate.region[:, 50:70] = 1  # 16 m², room for six
+    for count, expected in ((holding, is_admitted), (0, True)):
+        inside = [
+            beacon(k, 5.5, 3.0 + 0.5 * k, priority=9 + SENIORITY + 1,
+                   mode=MODE_HOLD if k < 2 + count else MODE_DRIVE)
+            for k in range(2, 6)
+        ]  # fmt: skip
+        hear(s, *inside)
+        ask(gate, s)
+        assert gate.is_admitted is expected
+        gate.leave()
 
 
 AISLES = room(28.0, 4.2, (2.5, 1.4, 25.5, 1.8))  # 1.4 m and 2.4 m wide
