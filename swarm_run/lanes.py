@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable
 from pathlib import Path
 
 from swarm_common.files.map_io import map_of_world
 from swarm_common.model.zones import Zones
 from swarm_mission.mission import Mission
 
-WORLD, MISSION, ROBOTS = "world", "mission", "robots"  # keys of `Lanes.learned`
+WORLD, MISSIONS, ROBOTS = "world", "missions", "robots"  # keys of `Lanes.learned`
 
 
-def made_for(world: Path, mission: Mission, robots: int) -> dict[str, str]:
-    """Return what lanes for a run say of it."""
+def made_for(world: Path, missions: Iterable[Mission], robots: int) -> dict[str, str]:
+    """Return what lanes for some missions in a world say of them."""
     return {
         WORLD: _digest_of(world),
-        MISSION: f"{mission.name} {_hash(repr(mission).encode())}",
+        MISSIONS: ", ".join(_mark(mission) for mission in missions),
         ROBOTS: str(robots),
     }
 
@@ -34,16 +35,21 @@ def lanes_remarks(zones: Zones, world: Path, mission: Mission | None) -> list[st
         remarks.append(
             "the world has changed since its lanes were learned; swarm-bench lanes makes new ones"
         )
-    if mission is not None and MISSION in learned:
-        theirs = learned[MISSION]
-        if theirs != made_for(world, mission, 0)[MISSION]:
-            name = theirs.partition(" ")[0]
-            what = f"for mission {name}" if name != mission.name else "before it changed"
+    if mission is not None and MISSIONS in learned:
+        theirs = learned[MISSIONS].split(", ")
+        if _mark(mission) not in theirs:
+            names = [each.partition(" ")[0] for each in theirs]
+            theirs_are = f"for mission {', '.join(names)}"
+            what = "before it changed" if mission.name in names else theirs_are
             remarks.append(
                 f"the world's lanes were learned {what}; they may cost time in mission"
                 f" {mission.name}: swarm-bench lanes makes new ones, --lanes none drives without"
             )
     return remarks
+
+
+def _mark(mission: Mission) -> str:
+    return f"{mission.name} {_hash(repr(mission).encode())}"
 
 
 def _digest_of(world: Path) -> str:

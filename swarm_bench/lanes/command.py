@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -33,7 +34,10 @@ swarm-bench lanes --world slim_blockage --mission warehouse_orders --robots 50 -
 @bench_app.command(epilog=EXAMPLES)
 def lanes(
     world: Annotated[str, typer.Option(help="Name or path of the world.")],
-    mission: Annotated[str, typer.Option(help="Name or path of the mission; it goes on for ever.")],
+    mission: Annotated[
+        list[str],
+        typer.Option(help="Name or path of a mission; it goes on for ever. May be given again."),
+    ],
     robots: Annotated[int, typer.Option(help="Swarm size.", min=1)],
     robot: Annotated[str, typer.Option(help="Model of the robots.")] = "turtlebot3_waffle",
     seeds: Annotated[str, typer.Option(help="Training seeds like 0-3.")] = "0-3",
@@ -62,7 +66,7 @@ def lanes(
     training_seeds, others = parse_seeds(seeds) or (), parse_seeds(held_out) or ()
     if not training_seeds:
         raise ConfigError("--seeds names none; expected seeds to learn from, like 0-3")
-    if not mission:
+    if not all(mission):
         raise ConfigError("--mission names none; robots that stand lose no time")
     if both := sorted(set(training_seeds) & set(others)):
         raise ConfigError(f"--held-out: seed {both[0]} is one of --seeds; expected others")
@@ -70,10 +74,13 @@ def lanes(
         raise ConfigError("--held-out: an interval needs 2 seeds or more")
     check_jobs(jobs, ros=False, method="ours")
     scenario = Scenario(
-        name=Path(world).stem, world=world, mission=mission, robots=(robots,), robot=robot,
-        duration=duration, warm_up=warm_up,
+        name=Path(world).stem, world=world, robots=(robots,), robot=robot, duration=duration,
+        warm_up=warm_up,
     )  # fmt: skip
-    options = RunOptions(scenario=scenario, robots=robots, parameters=parse_parameters(set_ or []))
+    plain = RunOptions(scenario=scenario, robots=robots, parameters=parse_parameters(set_ or []))
+    options = [
+        replace(plain, scenario=replace(scenario, mission=each)) for each in dict.fromkeys(mission)
+    ]
     path = output or Path(LANES_FILE)
     if path.suffix not in (".yaml", ".yml"):
         raise ConfigError(f"--output is {path}; expected a map file of Nav2, like {LANES_FILE}")
@@ -83,7 +90,8 @@ def lanes(
     def tell(tried: Candidate) -> None:
         number = len(training.rounds)
         what = "without lanes" if number == 1 else f"round {number - 1}"
-        console.print(f"{what}: {tried.mean:.0f}/h on {len(tried.throughput)} seeds")
+        gain = 100.0 * (tried.gain_on(training.rounds[0]) - 1.0)
+        console.print(f"{what}: {gain:+.1f} % on {len(tried.throughput)} runs")
 
     with executor(jobs) as chosen, tempfile.TemporaryDirectory() as folder:
         training = Training(options, chosen, Path(folder))
@@ -92,14 +100,20 @@ def lanes(
             console.print("no lanes are better than none on the training seeds")
             raise typer.Exit(NO_GAIN)
         trial = Path(folder) / LANES_FILE
-        assert training.mission is not None
-        learned = made_for(training.setup.scene.file, training.mission, robots)
+        learned = made_for(training.setup.scene.file, training.missions, robots)
         save_mask(found, trial, **{LEARNED: learned})
         gain = training.compare(trial, others)
         console.print(_table(gain).rich())
-        console.print(escape(_verdict(gain)))
-        if not gain.difference.mean.low > 0.0:
+        names = [each.scenario.mission for each in options]
+        for name in names:
+            console.print(escape(_verdict(name, gain)))
+        console.print(f"{gain.contacts} contacts with lanes")
+        found_gains = [gain.of(name).mean for name in names]
+        if not any(mean.low > 0.0 for mean in found_gains):
             console.print("the lanes gain nothing for certain; nothing is written")
+            raise typer.Exit(NO_GAIN)
+        if any(mean.high < 0.0 for mean in found_gains):
+            console.print("the lanes cost one of the missions for certain; nothing is written")
             raise typer.Exit(NO_GAIN)
         save_mask(found, path, **{LEARNED: learned})
     console.print(f"written: {escape(str(path))}; try it: swarm-up --lanes {escape(str(path))}")
@@ -107,17 +121,18 @@ def lanes(
 
 def _table(gain: Gain) -> BenchTable:
     rows = [
-        (str(seed), f"{value:.0f}", f"{gain.with_lanes[seed]:.0f}")
-        for seed, value in gain.without.items()
+        (Path(mission).stem, str(seed), f"{value:.0f}", f"{gain.with_lanes[mission, seed]:.0f}")
+        for (mission, seed), value in gain.without.items()
     ]
-    return BenchTable(("seed", "without lanes [1/h]", "with lanes [1/h]"), rows)
+    return BenchTable(("mission", "seed", "without lanes [1/h]", "with lanes [1/h]"), rows)
 
 
-def _verdict(gain: Gain) -> str:
-    found = gain.difference.mean
-    scale = 100.0 * len(gain.without) / sum(gain.without.values())
-    ends = f"[{scale * found.low:+.1f}, {scale * found.high:+.1f}]"
+def _verdict(mission: str, gain: Gain) -> str:
+    without = [value for (name, _), value in gain.without.items() if name == mission]
+    found = gain.of(mission)
+    scale = 100.0 * len(without) / max(1e-9, sum(without))
+    ends = f"[{scale * found.mean.low:+.1f}, {scale * found.mean.high:+.1f}]"
     return (
-        f"{len(gain.without)} held-out seeds: {scale * found.estimate:+.1f} {ends} %,"
-        f" {found.text()}/h; p = {gain.difference.p:.4f}; {gain.contacts} contacts with lanes"
+        f"{Path(mission).stem}, {len(without)} held-out seeds: {scale * found.mean.estimate:+.1f}"
+        f" {ends} %, {found.mean.text()}/h; p = {found.p:.4f}"
     )

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -24,22 +23,31 @@ from swarm_run.spec import NO_LANES
 WEIGHT = 0.9  # extra cost per metre of a place where robots lose the free driving time once
 
 
+Run = tuple[str, int]  # mission and seed
+
+
 @dataclass(frozen=True, slots=True)
 class Candidate:
     """Lanes of one round.
 
     Attributes:
         costs: (h, w) extra cost per metre.
-        throughput: [1/h] with them, by training seed.
+        throughput: [1/h] with them, by training run.
     """
 
     costs: FloatArray
-    throughput: dict[int, float]
+    throughput: dict[Run, float]
 
-    @property
-    def mean(self) -> float:
-        """Mean throughput [1/h]."""
-        return float(np.mean(list(self.throughput.values())))
+    def gain_on(self, first: Candidate) -> float:
+        """Return the throughput as a share of another's, the mean over missions."""
+        shares: dict[str, list[float]] = {}
+        for each in (self, first):
+            sums: dict[str, float] = {}
+            for (mission, _), value in each.throughput.items():
+                sums[mission] = sums.get(mission, 0.0) + value
+            for mission, total in sums.items():
+                shares.setdefault(mission, []).append(total)
+        return float(np.mean([mine / max(1e-9, theirs) for mine, theirs in shares.values()]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,16 +55,22 @@ class Gain:
     """Gain of lanes on held-out seeds.
 
     Attributes:
-        without: [1/h] without lanes, by seed.
+        without: [1/h] without lanes, by run.
         with_lanes: [1/h] with them.
         contacts: Contacts with them.
-        difference: The second less the first.
     """
 
-    without: dict[int, float]
-    with_lanes: dict[int, float]
+    without: dict[Run, float]
+    with_lanes: dict[Run, float]
     contacts: int
-    difference: Paired
+
+    def of(self, mission: str) -> Paired:
+        """Return throughput with lanes less that without, of one mission."""
+        first, second = (
+            {seed: value for (name, seed), value in each.items() if name == mission}
+            for each in (self.with_lanes, self.without)
+        )
+        return paired(first, second)
 
 
 class _Counter:
@@ -108,17 +122,19 @@ def watch(options: RunOptions) -> Traffic:
 
 
 class Training:
-    """Makes lanes for one world, mission and swarm size.
+    """Makes lanes for one world and swarm size, and for one mission or some.
 
     Attributes:
         rounds: What was tried, first no lanes.
+        setup: The world.
+        missions: The missions.
     """
 
-    def __init__(self, options: RunOptions, executor: Executor, folder: Path) -> None:
+    def __init__(self, options: Sequence[RunOptions], executor: Executor, folder: Path) -> None:
         """Read the inputs.
 
         Args:
-            options: Run to be learned from; its seed does not count.
+            options: A run to be learned from for each mission; the seed does not count.
             folder: Where lanes under trial are written.
 
         Raises:
@@ -126,39 +142,41 @@ class Training:
         """
         self.rounds: list[Candidate] = []
         self._options, self._executor, self._folder = options, executor, folder
-        self.setup, self.mission = prepare(self.with_lanes(NO_LANES))
-
-    def with_lanes(self, lanes: str) -> RunOptions:
-        """Return the run with other lanes: a file, or `NO_LANES`."""
-        scenario = dataclasses.replace(self._options.scenario, lanes=lanes)
-        return dataclasses.replace(self._options, scenario=scenario)
+        prepared = [prepare(_with_lanes(each, NO_LANES)) for each in options]
+        self.setup = prepared[0][0]
+        self.missions = [mission for _, mission in prepared if mission is not None]
 
     def train(self, seeds: Sequence[int], rounds: int, tell: Callable[[Candidate], None]) -> Grid:
         """Learn in some rounds; return the lanes of the best one, all 0 where none is better.
 
-        Each round's lanes are the mean of those before and what was lost with them.
+        Each round's lanes are the mean of those before and what was lost with them, of all missions
+        alike.
         """
-        configs = [nav_config(self._options, spec) for spec in self.setup.specs]
+        configs = [nav_config(self._options[0], spec) for spec in self.setup.specs]
         speed = float(np.mean([config.controller.max_vel_x for config in configs]))
+        resolution = self.setup.grid.resolution
         costs = np.zeros(self.setup.grid.cells.shape)
         for number in range(rounds + 1):
             runs = self._run(self._write(costs, number), seeds)
-            throughput = {seed: run.throughput for seed, run in zip(seeds, runs, strict=True)}
-            self.rounds.append(Candidate(costs, throughput))
+            self.rounds.append(Candidate(costs, {key: runs[key].throughput for key in runs}))
             tell(self.rounds[-1])
-            lost = WEIGHT * lost_time(runs, speed, self.setup.grid.resolution)
+            of_missions = [
+                lost_time([runs[key] for key in runs if key[0] == name], speed, resolution)
+                for name in dict.fromkeys(name for name, _ in runs)
+            ]
+            lost = WEIGHT * np.mean(of_missions, axis=0)
             costs = lost if number == 0 else 0.5 * (costs + lost)
-        return lanes_of(max(self.rounds, key=lambda tried: tried.mean).costs, self.setup.grid)
+        best = max(self.rounds, key=lambda tried: tried.gain_on(self.rounds[0]))
+        return lanes_of(best.costs, self.setup.grid)
 
     def compare(self, lanes: Path, seeds: Sequence[int]) -> Gain:
         """Return what lanes gain on seeds that they were not made on."""
         without, runs = self._run(NO_LANES, seeds), self._run(str(lanes), seeds)
+        contacts = sum(run.contacts for run in runs.values())
         first, second = (
-            {seed: run.throughput for seed, run in zip(seeds, each, strict=True)}
-            for each in (without, runs)
+            {key: run.throughput for key, run in each.items()} for each in (without, runs)
         )
-        contacts = sum(run.contacts for run in runs)
-        return Gain(first, second, contacts, paired(second, first))
+        return Gain(first, second, contacts)
 
     def _write(self, costs: FloatArray, number: int) -> str:
         if not costs.any():
@@ -167,13 +185,22 @@ class Training:
         save_mask(lanes_of(costs, self.setup.grid), path)
         return str(path)
 
-    def _run(self, lanes: str, seeds: Sequence[int]) -> list[Traffic]:
-        options = self.with_lanes(lanes)
-        items = [dataclasses.replace(options, seed=seed) for seed in seeds]
-        found: dict[int, Traffic] = {}
-        with contextlib.closing(self._executor.run(watch, items, None)) as ended:
+    def _run(self, lanes: str, seeds: Sequence[int]) -> dict[Run, Traffic]:
+        items = {
+            (options.scenario.mission, seed): replace(_with_lanes(options, lanes), seed=seed)
+            for options in self._options
+            for seed in seeds
+        }
+        keys, found = list(items), dict[Run, Traffic]()
+        with contextlib.closing(self._executor.run(watch, list(items.values()), None)) as ended:
             for done in ended:
+                key = keys[done.index]
                 if done.error:
-                    raise ConfigError(f"seed {items[done.index].seed}: {done.error}")
-                found[done.index] = done.value
-        return [found[index] for index in range(len(items))]
+                    raise ConfigError(f"mission {key[0]}, seed {key[1]}: {done.error}")
+                found[key] = done.value
+        return {key: found[key] for key in keys}
+
+
+def _with_lanes(options: RunOptions, lanes: str) -> RunOptions:
+    """Return the run with other lanes: a file, or `NO_LANES`."""
+    return replace(options, scenario=replace(options.scenario, lanes=lanes))

@@ -69,7 +69,7 @@ def lanes(tmp_path_factory):
     setup, mission = prepare(RunOptions(scenario=scenario(), robots=2))
     costs = np.zeros(setup.grid.cells.shape)
     costs[:, : costs.shape[1] // 2] = 3.0
-    learned = made_for(setup.scene.file, mission, 2)
+    learned = made_for(setup.scene.file, [mission], 2)
     save_mask(lanes_of(costs, setup.grid), path, **{LEARNED: learned})
     return path
 
@@ -108,7 +108,7 @@ def test_a_mission_or_a_world_that_changed_is_noticed(lanes, tmp_path):
     (remark,) = check(dataclasses.replace(options, scenario=other))
     assert "lanes were learned for mission one_station" in remark
     data = yaml.safe_load(lanes.read_text())
-    data[LEARNED]["world"] = made_for(lanes, load_mission("one_station"), 2)["world"]
+    data[LEARNED]["world"] = made_for(lanes, [load_mission("one_station")], 2)["world"]
     changed = lanes.with_name("changed.yaml")
     changed.write_text(yaml.safe_dump(data))
     options = dataclasses.replace(options, scenario=scenario(lanes=str(changed)))
@@ -124,9 +124,11 @@ def test_the_command_compares_on_seeds_that_it_did_not_learn_from(tmp_path, capf
         return caught.value.code
 
     arguments = (
-        "lanes --world hall_12 --mission one_station --robots 4 --seeds 0 --rounds 1"
-        " --duration 60 --warm-up 10"
+        "lanes --world hall_12 --mission one_station --mission work.yaml --robots 4 --seeds 0"
+        " --rounds 1 --duration 60 --warm-up 10"
     ).split()
+    monkeypatch.chdir(tmp_path)
+    Path("work.yaml").write_text("route: [{stations: [north]}]\n")
     path = tmp_path / "lanes.yaml"
     code = swarm_bench(*arguments, "--held-out", "7,8", "-o", str(path))
     out = capfd.readouterr().out
