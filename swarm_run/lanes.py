@@ -1,9 +1,10 @@
-"""Whether preferred lanes were learned for the world and the mission of a run."""
+"""Whether preferred lanes of a world are for a mission, and what changed since."""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 from swarm_common.files.map_io import map_of_world
@@ -22,30 +23,36 @@ def made_for(world: Path, missions: Iterable[Mission], robots: int) -> dict[str,
     }
 
 
-def lanes_remarks(zones: Zones, world: Path, mission: Mission | None) -> list[str]:
-    """Return a sentence on what has changed since the lanes were learned, if anything.
+def lanes_for(
+    zones: Zones, world: Path, mission: Mission | None, *, is_given: bool
+) -> tuple[Zones, list[str]]:
+    """Return the zones of a run, and a sentence on what changed since its lanes were learned.
+
+    A world's own lanes are for the missions that they were learned for; in others they may cost
+    time, and are left out.
 
     Args:
         mission: None where robots get their goals from somebody else.
+        is_given: Whether the user gave the lanes for this run, which keeps them whatever it does.
     """
     if zones.lanes is None:
-        return []
+        return zones, []
     learned, remarks = zones.lanes.learned, []
-    if WORLD in learned and learned[WORLD] != _digest_of(world):
-        remarks.append(
-            "the world has changed since its lanes were learned; swarm-bench lanes makes new ones"
-        )
-    if mission is not None and MISSIONS in learned:
-        theirs = learned[MISSIONS].split(", ")
-        if _mark(mission) not in theirs:
-            names = [each.partition(" ")[0] for each in theirs]
-            theirs_are = f"for mission {', '.join(names)}"
-            what = "before it changed" if mission.name in names else theirs_are
+    new_ones = "swarm-bench lanes makes new ones"
+    if MISSIONS in learned and (mission is None or _mark(mission) not in learned[MISSIONS]):
+        names = [each.partition(" ")[0] for each in learned[MISSIONS].split(", ")]
+        has_changed = mission is not None and mission.name in names
+        what = "before it changed" if has_changed else f"for mission {', '.join(names)}"
+        if mission is not None and (has_changed or is_given):
             remarks.append(
-                f"the world's lanes were learned {what}; they may cost time in mission"
-                f" {mission.name}: swarm-bench lanes makes new ones, --lanes none drives without"
+                f"mission {mission.name}: the world's lanes were learned {what};"
+                f" {'they may cost time here' if is_given else 'robots drive without'}: {new_ones}"
             )
-    return remarks
+        if not is_given:
+            return replace(zones, lanes=None), remarks
+    if WORLD in learned and learned[WORLD] != _digest_of(world):
+        remarks.append(f"the world has changed since its lanes were learned; {new_ones}")
+    return zones, remarks
 
 
 def _mark(mission: Mission) -> str:

@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import yaml
 
 from swarm_common.files.layout_io import LAYOUT_FILE, read_layout
@@ -34,14 +35,14 @@ from swarm_mission.orders.demand import measured_demand
 from swarm_mission.orders.dispatch import CLAIM, DISPATCHER, load_dispatcher
 from swarm_mission.orders.order import OrderPlan
 from swarm_mission.orders.order_file import times_files
-from swarm_run.lanes import lanes_remarks
+from swarm_run.lanes import lanes_for
 from swarm_run.params import (
     Overrides,
     default_world_parameters,
     load_overrides,
     robot_parameter_file,
 )
-from swarm_run.spec import DRIVES, RunSpec
+from swarm_run.spec import DRIVES, NO_LANES, RunSpec
 
 WORLD_FILE = "world.sdf"
 SITES_FILE = "sites.yaml"
@@ -494,6 +495,10 @@ def check_plan(spec: RunSpec) -> RunPlan:
     is_told = mission is not None or all(member.mission for member in fleet.members)
     for start in dict.fromkeys(m.start for m in fleet.members if isinstance(m.start, str)):
         sites.spawn_named(start)
+    zones, found = lanes_for(sites.zones, world, mission, is_given=bool(spec.lanes))
+    if zones is not sites.zones:
+        spec = msgspec.structs.replace(spec, lanes=NO_LANES)
+        sites = replace(sites, zones=zones)
     plan = RunPlan(
         spec=spec,
         world=world,
@@ -506,7 +511,6 @@ def check_plan(spec: RunSpec) -> RunPlan:
         defaults=defaults,
         overrides=overrides,
     )
-    found = lanes_remarks(plan.sites.zones, plan.world, plan.mission)
     return replace(plan, remarks=(*_check_energy(plan), *_check_orders(plan), *found))
 
 

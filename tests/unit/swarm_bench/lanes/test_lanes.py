@@ -1,8 +1,10 @@
 """Lanes learned from where robots lose time, and what becomes of them in a run."""
 
 import dataclasses
+import shutil
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 import yaml
@@ -17,6 +19,7 @@ from swarm_common.files.map_io import load_map, save_mask
 from swarm_common.files.zones_io import LEARNED, load_lanes
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
+from swarm_describe.worlds.world_file import find_world
 from swarm_mission.mission import load_mission
 from swarm_run.lanes import made_for
 from swarm_run.plan import check_plan
@@ -114,6 +117,35 @@ def test_a_mission_or_a_world_that_changed_is_noticed(lanes, tmp_path):
     options = dataclasses.replace(options, scenario=scenario(lanes=str(changed)))
     (remark,) = check(options)
     assert "the world has changed since its lanes were learned" in remark
+
+
+def test_a_worlds_own_lanes_are_for_their_missions_only(lanes, tmp_path):
+    hall = find_world("hall_12").parent
+    world = Path(shutil.copytree(hall, tmp_path / "hall"))
+    shutil.copy(lanes, world)
+    shutil.copy(lanes.with_suffix(".pgm"), world)
+    sites = world / "sites.yaml"
+    sites.write_text(f"{sites.read_text()}zones: {{lanes: lanes.yaml}}\n")
+    (file,) = world.glob("*.sdf")
+    data = yaml.safe_load(lanes.read_text())
+    work = tmp_path / "work.yaml"
+    work.write_text("route: [{stations: [north]}]\n")
+    plain = RunSpec(world=str(file), swarm_size=2)
+    for mission, has_lanes in (("one_station", True), (str(work), False), (None, False)):
+        plan = check_plan(msgspec.structs.replace(plain, mission=mission))
+        assert (plan.sites.zones.lanes is not None) is has_lanes
+        assert (plan.spec.lanes == "none") is not has_lanes
+        assert bool(plan.remarks) is has_lanes  # the copy is without the map
+        if mission is not None:
+            options = RunOptions(scenario=scenario(), robots=2)
+            own = dataclasses.replace(options.scenario, world=str(file), mission=mission)
+            setup, _ = prepare(dataclasses.replace(options, scenario=own))
+            assert (setup.scene.sites.zones.lanes is not None) is has_lanes
+    data[LEARNED]["missions"] = "work 0123, one_station 4567"
+    (world / "lanes.yaml").write_text(yaml.safe_dump(data))
+    (remark,) = check_plan(msgspec.structs.replace(plain, mission=str(work))).remarks
+    assert remark.startswith("mission work: the world's lanes were learned before it changed;")
+    assert "robots drive without" in remark
 
 
 def test_the_command_compares_on_seeds_that_it_did_not_learn_from(tmp_path, capfd, monkeypatch):
