@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from msgspec import Meta, field, inspect
+from msgspec import field, inspect
 
 from swarm_common.files.zones_io import KEEPOUT_MASK, LANES, SPEED_MASK
 from swarm_common.middleware.addresses import check_address, check_port, own_address
@@ -28,7 +28,7 @@ from swarm_common.model.central import Coordination
 from swarm_common.model.engines import check_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.robot_names import DEFAULT, RobotNames
-from swarm_common.model.schema import Count, Positive, Schema
+from swarm_common.model.schema import Count, Positive, Schema, Seed, check_fields
 from swarm_common.process.start import has_display
 from swarm_describe.files.packages import add_package_paths
 from swarm_describe.robots.fleet import Fleet, fleet_names, load_fleet
@@ -50,7 +50,6 @@ DEFAULT_ROBOT = "turtlebot3_waffle"
 SWARM, MERGED, ALL = "swarm", "merged", "all"  # windows of RViz beside those of robots
 FILE = "file"
 File = Annotated[str, FILE]  # a path, which shells complete
-Seed = Annotated[int, Meta(ge=0)]
 
 # Flags by their panel of the help text.
 SWARM_PANEL, OUTPUT_PANEL = "Robots and world", "Recording and report"
@@ -260,6 +259,9 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
     vda5050_faults: tuple[Mapping[str, Any], ...] = ()  # of robots: at [s], robot, fault, more
     external: tuple[str, ...] = ()  # robots that nodes of the user drive
     paused: bool = False  # whether time passes by steps only
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
     @cached_property
     def loaded_fleet(self) -> Fleet | None:

@@ -5,8 +5,11 @@ processes starts; the bench needs none.
 
 Modules, lower ones first:
 
-    observation_kernels  Bare numba kernels of what a policy sees of its neighbours
+    observation_kernels  Bare numba kernels of what a policy sees of its neighbours and its way
     observation    What a policy sees, in an environment and on a robot
+    ways           Shortest ways to goals, as a policy sees them
+    reward         Named terms of a reward, and their weights
+    frames         Pictures of environments
     steered        A robot that obeys twists inside space that it has reserved
     tables         A DataFrame where pandas is there
     trajectories   Where every robot was at each tick
@@ -24,7 +27,11 @@ Modules, lower ones first:
     picture        Map, paths and stations by matplotlib
     swarm          A swarm, on the bench or as processes
     arena          Worlds to learn in
+    episodes       Starts, goals and people of an episode
+    team           Episodes of all robots, in arrays
+    vector         Many worlds at once
     gym            Environments to learn in, with the extra `learn`
+    stable_baselines  Them for stable-baselines3, with the extra `train`
     shortcuts      One call each: run a scenario, load a robot, start what swarm-up starts
 """
 

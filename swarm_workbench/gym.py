@@ -1,7 +1,8 @@
 """Environments to learn in, over the bench: PettingZoo's parallel one, Gymnasium's for one policy.
 
-Needs the extra `learn`. An action is a twist of base_footprint for one tick, 0.1 s. Gymnasium's
-vector environments run copies of `RobotEnv` and `TeamEnv`, `AsyncVectorEnv` in a process each.
+Needs the extra `learn`. An action is a twist of base_footprint for one tick, 0.1 s, or for `ticks`
+of them. Gymnasium knows `swarm_workbench/Robot-v0` and `swarm_workbench/Team-v0`, PettingZoo
+`swarm_workbench/Swarm-v0`, once this module is imported. `make_vec` makes many at once.
 """
 
 from __future__ import annotations
@@ -11,210 +12,164 @@ from typing import Any
 
 import numpy as np
 
-from swarm_bench.runs.episode import robot_named
-from swarm_common.model.errors import ConfigError, SwarmError
-from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Mask
+from swarm_common.model.errors import SwarmError, UnknownNameError
 from swarm_common.model.robot_names import RobotNames
-from swarm_workbench.arena import Arena, OpenArena, ShieldedArena, grid_of, places_on, spread
-from swarm_workbench.observation import NEIGHBOUR, REACHED, Observation, observe, speeds_of
+from swarm_workbench.frames import Frame, PlanWindow
+from swarm_workbench.team import EnvOptions, LearningTeam, options_of
 
 try:
     import gymnasium
-    from gymnasium import spaces
+    import pettingzoo
     from gymnasium.vector.utils import batch_space
     from pettingzoo import ParallelEnv
+
+    from swarm_workbench.vector import SwarmVectorEnv, spaces_of
 except ImportError as error:
     raise SwarmError(
         f"{error.name} is missing, which environments need: pip install 'swarm-workbench[learn]'"
     ) from None
 
-AT_GOAL, AT_CONTACT, PER_STEP = 10.0, -10.0, -0.01  # rewards; a metre of progress gives 1
-METADATA: dict[str, Any] = {"name": "swarm_workbench_v0", "render_modes": []}
+METADATA: dict[str, Any] = {
+    "name": "swarm_workbench_v0",
+    "render_modes": ["human", "rgb_array"],
+    "render_fps": 30,  # three times real time
+}
+Seen = Any  # an array, or a dict of arrays by part
 
 
-class _Team:
-    """Episodes of all robots, in arrays with a row for each.
+class _Pictures:
+    """What an environment shows of its team."""
 
-    Attributes:
-        is_done: (n,) who has reached its goal or touched something, and stands.
-    """
+    def __init__(self, team: LearningTeam) -> None:
+        self.mode = team.options.render_mode
+        self._team, self._window = team, PlanWindow()
 
-    def __init__(
-        self,
-        robots: int,
-        world: str,
-        *,
-        robot: str = "turtlebot3_waffle",
-        neighbours: int = 4,
-        limit: float = 60.0,
-        shield: bool = False,
-    ) -> None:
-        """Read world and robot; arguments as of `SwarmEnv`."""
-        for name, value in (("robots", robots), ("neighbours", neighbours)):
-            if value < 1:
-                raise ConfigError(f"{name} is {value}; it must be 1 or more")
-        if limit <= 0.0:
-            raise ConfigError(f"limit is {limit} s; it must be positive")
-        self._spec = spec = robot_named(robot)
-        make = ShieldedArena if shield else OpenArena
-        self._arena: Arena = make(world, robot, robots)
-        self._places = places_on(grid_of(world), spec.circumscribed_radius)
-        self._neighbours = neighbours
-        self._limit = round(limit / CONTROL_PERIOD)
-        self._speeds = speeds_of(spec)
-        self._random = np.random.default_rng()
-        self._tick = self._limit
-        self.is_done = np.zeros(robots, np.bool_)
-        self._goals = np.zeros((robots, 2))
-        self._distances = np.zeros(robots)
+    def render(self) -> Frame | None:
+        """Return a picture, or show it, as the render mode says."""
+        if self.mode is None:
+            return None
+        frame = self._team.frame()
+        if self.mode == "rgb_array":
+            return frame
+        self._window.show(frame)
+        return None
 
-    @property
-    def observation_space(self) -> spaces.Dict:
-        """Shapes of what one robot sees."""
-        lidar, inf = self._spec.lidar, np.inf
-        return spaces.Dict(
-            {
-                "scan": spaces.Box(0.0, lidar.range_max, (lidar.rays,), np.float32),
-                "goal": spaces.Box(-inf, inf, (2,), np.float32),
-                "twist": spaces.Box(-inf, inf, (3,), np.float32),
-                "neighbours": spaces.Box(-inf, inf, (self._neighbours, NEIGHBOUR), np.float32),
-            }
-        )
+    def update(self) -> None:
+        """Show a picture where a person looks on."""
+        if self.mode == "human":
+            self.render()
 
-    @property
-    def action_space(self) -> spaces.Box:
-        """Limits of a twist: vx [m/s], wz [rad/s], and vy of an omnidirectional robot."""
-        high = self._speeds[: 3 if self._spec.is_omni else 2].astype(np.float32)
-        return spaces.Box(-high, high, dtype=np.float32)
-
-    def is_late(self) -> bool:
-        """Whether the limit is over, as before the first episode."""
-        return self._tick >= self._limit
-
-    def reset(self, seed: int | None, options: Mapping[str, Any] | None) -> None:
-        """Begin an episode."""
-        if seed is not None:
-            self._random = np.random.default_rng(seed)
-        given = options or {}
-        count, radius = len(self.is_done), self._spec.circumscribed_radius
-        starts = spread(self._places, radius, count, self._random)
-        goals = spread(self._places, radius, count, self._random)[:, :2]
-        starts = np.asarray(given.get("starts", starts), np.float64)
-        self._goals = np.asarray(given.get("goals", goals), np.float64)
-        if starts.shape != (count, 3) or self._goals.shape != (count, 2):
-            raise ConfigError(f"starts and goals are for {count} robots: (n, 3) and (n, 2)")
-        self._tick = 0
-        self.is_done[:] = False
-        self._arena.reset(starts, int(self._random.integers(2**31)))
-        self._distances = self._to_goals()
-
-    def step(self, actions: Mapping[int, Any]) -> tuple[FloatArray, Mask, Mask]:
-        """Drive for a tick by actions of some robots; return rewards, who is there, contacts."""
-        twists = np.zeros((len(self.is_done), 3))
-        for index, action in actions.items():
-            twists[index, : len(action)] = action
-        twists[self.is_done] = 0.0
-        twists[~np.isfinite(twists)] = 0.0
-        np.clip(twists, -self._speeds, self._speeds, out=twists)
-        contacts = self._arena.step(twists)
-        self._tick += 1
-        distances = self._to_goals()
-        reached = distances < REACHED
-        rewards = self._distances - distances + PER_STEP
-        rewards += AT_GOAL * reached + AT_CONTACT * contacts
-        rewards[self.is_done] = 0.0
-        self._distances = distances
-        self.is_done |= reached | contacts
-        return rewards, reached, contacts
-
-    def observe(self) -> Observation:
-        """Return what all robots see."""
-        arena = self._arena
-        return observe(
-            arena.ranges, self._spec.lidar.range_max, self._goals, arena.poses, arena.twists,
-            self._neighbours,
-        )  # fmt: skip
-
-    def _to_goals(self) -> FloatArray:
-        distances: FloatArray = np.hypot(*(self._goals - self._arena.poses[:, :2]).T)
-        return distances
+    def close(self) -> None:
+        """Close the window."""
+        self._window.close()
 
 
 class SwarmEnv(ParallelEnv):  # type: ignore[misc]
     """Every robot learns: PettingZoo's parallel environment.
 
     A robot is done when it is at its goal, or touches something; it then stands where it is. An
-    episode begins at random places with random goals, or with `starts` and `goals` of the options
-    of `reset`: x, y, yaw and x, y of each robot.
+    episode begins at random places with random goals, or as the options of `reset` say: `starts`
+    and `goals`, x, y, yaw and x, y of each robot; `distance` [m] of the goals, at most, or at least
+    and at most; `robots` that take part; `people` who walk about.
 
-    An observation has `scan` (rays,) [m], `goal` (2,) [m] in base_footprint, `twist` (vx, wz, vy),
-    and `neighbours` (k, 6), the nearest first: 1, x, y, yaw in base_footprint, vx, wz, or zeros.
+    What it sees is in `EnvOptions`.
     """
 
     metadata = METADATA
-    render_mode = None
 
     def __init__(self, robots: int = 4, world: str = "doorway", **options: Any) -> None:
         """Read world and robot.
 
         Args:
-            options: `robot`, a model; `neighbours`, most that are seen (4); `limit` [s] of an
-                episode (60); `shield`, whether robots drive inside space that they have reserved,
-                through their navigators' stop filter (False).
+            options: Fields of `EnvOptions`.
 
         Raises:
-            SwarmError: If there is no such world or robot, or a number makes no sense.
+            SwarmError: If an option is unknown or makes no sense.
         """
-        self._team = _Team(robots, world, **options)
+        self._team = LearningTeam(options_of(robots, world, options))
+        self._pictures = _Pictures(self._team)
+        self.render_mode = self._pictures.mode
         self.possible_agents = RobotNames().first(robots)
         self.agents: list[str] = []
         self._index = {name: index for index, name in enumerate(self.possible_agents)}
-        team, names = self._team, self.possible_agents
         # PettingZoo wants the same object at each call.
-        self._spaces = {name: (team.observation_space, team.action_space) for name in names}
+        self._spaces = {name: spaces_of(self._team) for name in self.possible_agents}
 
-    def observation_space(self, agent: str) -> spaces.Dict:
+    @property
+    def options(self) -> EnvOptions:
+        """All options, also those that were not given."""
+        return self._team.options
+
+    def observation_space(self, agent: str) -> Any:
         """Return the shapes of an observation."""
-        return self._spaces[agent][0]
+        return self._spaces[self._known(agent)][0]
 
-    def action_space(self, agent: str) -> spaces.Box:
+    def action_space(self, agent: str) -> Any:
         """Return the limits of a twist: vx [m/s], wz [rad/s], and vy of an omnidirectional one."""
-        return self._spaces[agent][1]
+        return self._spaces[self._known(agent)][1]
+
+    def _known(self, agent: str) -> str:
+        if agent not in self._index:
+            raise UnknownNameError("robot", str(agent), self.possible_agents)
+        return agent
 
     def reset(
         self, seed: int | None = None, options: Mapping[str, Any] | None = None
-    ) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
+    ) -> tuple[dict[str, Seen], dict[str, dict[str, Any]]]:
         """Begin an episode.
 
         Args:
             seed: The same one gives the same episodes.
-            options: `starts` (n, 3) and `goals` (n, 2), in place of random ones.
+            options: What is not to be random; see above.
+
+        Raises:
+            SwarmError: If they make no sense.
         """
+        if isinstance(options, Mapping):  # PettingZoo's API check passes this key
+            options = {key: value for key, value in options.items() if key != "options"}
         self._team.reset(seed, options)
-        self.agents = list(self.possible_agents)
+        self.agents = self.possible_agents[: self._team.count]
+        self._pictures.update()
         return self._observations(self.agents), {name: {} for name in self.agents}
 
     def step(self, actions: Mapping[str, Any]) -> tuple[Any, ...]:
-        """Drive for a tick; return observations, rewards, terminations, truncations and infos."""
+        """Drive for a step; return observations, rewards, terminations, truncations and infos.
+
+        A robot without an action stands. After an episode, and without actions, all are empty.
+
+        Raises:
+            SwarmError: If a robot is unknown, an action makes no sense, or the episode is over.
+        """
         team, present = self._team, self.agents
-        results = team.step({self._index[name]: action for name, action in actions.items()})
-        columns = (each.tolist() for each in (team.is_done, *results))
-        rows = dict(zip(self.possible_agents, zip(*columns, strict=True), strict=True))
-        ends = {name: rows[name][0] for name in present}
-        cuts = {name: team.is_late() and not ends[name] for name in present}
-        gains = {name: rows[name][1] for name in present}
-        infos = {name: {"reached": rows[name][2], "contact": rows[name][3]} for name in present}
-        self.agents = [] if team.is_late() else [name for name in present if not ends[name]]
+        if team.has_begun and not present and not actions:
+            return {}, {}, {}, {}, {}
+        team.check_begun()
+        rows = [self._index[self._known(name)] for name in actions]
+        twists = np.zeros((team.count, len(team.most)))
+        twists[rows] = team.actions_of(actions)
+        results = team.step(twists)
+        columns = (each.tolist() for each in (team.is_done, team.is_late, *results))
+        found = dict(zip(self.possible_agents, zip(*columns, strict=True), strict=False))
+        ends = {name: found[name][0] for name in present}
+        cuts = {name: found[name][1] and not ends[name] for name in present}
+        gains = {name: found[name][2] for name in present}
+        infos = {name: {"reached": found[name][3], "contact": found[name][4]} for name in present}
+        self.agents = [name for name in present if not (ends[name] or cuts[name])]
+        self._pictures.update()
         return self._observations(present), gains, ends, cuts, infos
 
-    def render(self) -> None:
-        """Show nothing: there is no render mode."""
+    def render(self) -> Frame | None:
+        """Return a picture of the plan, (h, w, 3), or show it, as `render_mode` says."""
+        return self._pictures.render()
 
     def close(self) -> None:
-        """Do nothing: there is nothing to release."""
+        """Close the window."""
+        self._pictures.close()
 
-    def _observations(self, names: list[str]) -> dict[str, Observation]:
-        seen = self._team.observe()
+    def _observations(self, names: list[str]) -> dict[str, Seen]:
+        seen = self._team.seen()
+        if not isinstance(seen, dict):
+            return {name: seen[self._index[name]] for name in names}
         rows = [dict(zip(seen, row, strict=True)) for row in zip(*seen.values(), strict=True)]
         return {name: rows[self._index[name]] for name in names}
 
@@ -222,7 +177,8 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
 class TeamEnv(gymnasium.Env):  # type: ignore[misc]
     """One policy drives all robots: observations and actions have a row for each; see `SwarmEnv`.
 
-    The reward is the sum; infos have `rewards`, `reached` and `contact` (n,).
+    The reward is the sum; infos have `rewards`, `reached` and `contact` (n,), and `terms` of the
+    rewards by name. Rows of robots that do not take part are zeros.
     """
 
     metadata = METADATA
@@ -233,27 +189,64 @@ class TeamEnv(gymnasium.Env):  # type: ignore[misc]
         Args:
             options: Options as for `SwarmEnv`.
         """
-        self._team = _Team(robots, world, **options)
-        self.observation_space = batch_space(self._team.observation_space, robots)
-        self.action_space = batch_space(self._team.action_space, robots)
+        self._team = LearningTeam(options_of(robots, world, options))
+        self._pictures = _Pictures(self._team)
+        self.render_mode = self._pictures.mode
+        of_one, actions = spaces_of(self._team)
+        self.observation_space = batch_space(of_one, robots)
+        self.action_space = batch_space(actions, robots)
+        self._robots = robots
+
+    @property
+    def options(self) -> EnvOptions:
+        """All options, also those that were not given."""
+        return self._team.options
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observation, dict[str, Any]]:
+    ) -> tuple[Seen, dict[str, Any]]:
         """Begin an episode; see `SwarmEnv.reset`."""
-        super().reset(seed=seed)
         self._team.reset(seed, options)
-        return self._team.observe(), {}
+        super().reset(seed=seed)
+        self._pictures.update()
+        return self._seen(), {}
 
-    def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Drive for a tick; return observation, reward, termination, truncation and info."""
+    def step(self, action: Any) -> tuple[Seen, float, bool, bool, dict[str, Any]]:
+        """Drive for a step; return observation, reward, termination, truncation and info."""
         team = self._team
-        if team.is_late() or team.is_done.all():
-            raise SwarmError("the episode is over: call reset()")
-        rewards, reached, contacts = team.step(dict(enumerate(action)))
+        team.check_begun()
+        if np.shape(action) != self.action_space.shape:
+            raise SwarmError(
+                f"the action has the shape {np.shape(action)}; expected {self.action_space.shape},"
+                " a row for each robot"
+            )
+        actions = team.actions_of({f"robot {row + 1}": each for row, each in enumerate(action)})
+        results = [self._padded(each) for each in team.step(actions[: team.count])]
+        rewards, reached, contacts = results
         is_over = bool(team.is_done.all())
-        info = {"rewards": rewards, "reached": reached, "contact": contacts}
-        return team.observe(), float(rewards.sum()), is_over, team.is_late() and not is_over, info
+        is_late = bool((team.is_done | team.is_late).all()) and not is_over
+        terms = {name: self._padded(values) for name, values in team.terms.items()}
+        info = {"rewards": rewards, "reached": reached, "contact": contacts, "terms": terms}
+        self._pictures.update()
+        return self._seen(), float(rewards.sum()), is_over, is_late, info
+
+    def render(self) -> Frame | None:
+        """Return a picture of the plan, (h, w, 3), or show it, as `render_mode` says."""
+        return self._pictures.render()
+
+    def close(self) -> None:
+        """Close the window."""
+        self._pictures.close()
+
+    def _seen(self) -> Seen:
+        seen = self._team.seen()
+        if isinstance(seen, dict):
+            return {part: self._padded(rows) for part, rows in seen.items()}
+        return self._padded(seen)
+
+    def _padded(self, rows: Any) -> Any:
+        missing = self._robots - len(rows)
+        return np.pad(rows, [(0, missing)] + [(0, 0)] * (rows.ndim - 1)) if missing else rows
 
 
 class RobotEnv(gymnasium.Env):  # type: ignore[misc]
@@ -262,24 +255,91 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc]
     metadata = METADATA
 
     def __init__(self, robots: int = 4, world: str = "doorway", **options: Any) -> None:
-        """Read world and robot."""
+        """Read world and robot.
+
+        Args:
+            options: Options as for `SwarmEnv`.
+        """
         self._env = SwarmEnv(robots, world, **options)
+        self.render_mode = self._env.render_mode
         self._name = self._env.possible_agents[0]
         self.observation_space = self._env.observation_space(self._name)
         self.action_space = self._env.action_space(self._name)
 
+    @property
+    def options(self) -> EnvOptions:
+        """All options, also those that were not given."""
+        return self._env.options
+
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observation, dict[str, Any]]:
+    ) -> tuple[Seen, dict[str, Any]]:
         """Begin an episode; see `SwarmEnv.reset`."""
-        super().reset(seed=seed)
         observations, infos = self._env.reset(seed, options)
+        super().reset(seed=seed)
         return observations[self._name], infos[self._name]
 
-    def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Drive for a tick; return observation, reward, termination, truncation and info."""
+    def step(self, action: Any) -> tuple[Seen, float, bool, bool, dict[str, Any]]:
+        """Drive for a step; return observation, reward, termination, truncation and info."""
         if self._name not in self._env.agents:
-            raise SwarmError("the episode is over: call reset()")
+            raise SwarmError("no episode is under way: call reset()")
         results = self._env.step({self._name: action})
         observation, reward, end, cut, info = (each[self._name] for each in results)
         return observation, reward, end, cut, info
+
+    def render(self) -> Frame | None:
+        """Return a picture of the plan, (h, w, 3), or show it, as `render_mode` says."""
+        return self._env.render()
+
+    def close(self) -> None:
+        """Close the window."""
+        self._env.close()
+
+
+def make_vec(
+    n: int,
+    world: str = "doorway",
+    *,
+    robots: int = 1,
+    processes: int = 1,
+    autoreset: str = "next_step",
+    **options: Any,
+) -> SwarmVectorEnv:
+    """Return n worlds as one vector environment of Gymnasium, in which a policy drives all robots.
+
+    Each robot of each world is a row, an environment of its own: `num_envs` is n times `robots`.
+    When its episode ends it gets a new start and goal, while the others of its world drive on; with
+    `shield` a new goal only. The curriculum is asked for each new episode, for `robots` and
+    `people` in `reset` alone.
+
+    Args:
+        n: Worlds; each has all `robots`.
+        robots: Robots in each world, of which each is a row of its own.
+        processes: Number of processes that share the worlds; 1 for none beside this one.
+        autoreset: `next_step` or `same_step`, as Gymnasium names its modes.
+        options: Options as for `SwarmEnv`.
+
+    Raises:
+        SwarmError: If an option is unknown or makes no sense.
+    """
+    return SwarmVectorEnv(n, options_of(robots, world, options), processes, autoreset)
+
+
+def _make_vec(num_envs: int = 1, **options: Any) -> SwarmVectorEnv:
+    """Return what `gymnasium.make_vec` asks for."""
+    return make_vec(num_envs, **options)
+
+
+def _register() -> None:
+    """Tell Gymnasium and PettingZoo of the environments, once."""
+    names, here = "swarm_workbench/{}-v0", f"{__name__}:"
+    if names.format("Robot") in gymnasium.registry:
+        return
+    gymnasium.register(
+        names.format("Robot"), here + "RobotEnv", vector_entry_point=here + "_make_vec"
+    )
+    gymnasium.register(names.format("Team"), here + "TeamEnv")
+    pettingzoo.register("parallel", names.format("Swarm"), here + "SwarmEnv")
+
+
+_register()

@@ -7,11 +7,15 @@ the action.
 
 from __future__ import annotations
 
+import math
+from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import onnxruntime
 
+from swarm_common.files.convert import convert
 from swarm_common.model.beacon import Reception
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
@@ -19,8 +23,20 @@ from swarm_common.model.records import FloatArray, Odometry, Pose, RobotSpec, Sc
 from swarm_common.model.sites import Sites
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import Goal, GoalEnded, Outcome, Output
-from swarm_workbench.observation import NEIGHBOUR, REACHED, observe, twist_of
+from swarm_workbench.observation import (
+    FLAT,
+    NEIGHBOUR,
+    PARTS,
+    REACHED,
+    Observer,
+    PolicyConfig,
+    flat,
+    twist_of,
+)
 from swarm_workbench.steered import SteeredNavigator
+from swarm_workbench.ways import ShortestWays
+
+CONFIG = "swarm_workbench"  # key of a model's metadata
 
 OF_NAVIGATOR = {
     "load_map", "local_costmap", "global_costmap", "map_from_odom", "on_initial_pose", "particles",
@@ -29,7 +45,12 @@ OF_NAVIGATOR = {
 
 
 class Policy:
-    """A model in ONNX that turns observations of one robot into twists."""
+    """A model in ONNX that turns observations of one robot into twists.
+
+    Attributes:
+        config: What it sees, and how its actions are meant.
+        inputs: Shapes of its inputs by name.
+    """
 
     def __init__(self, path: str, spec: RobotSpec) -> None:
         """Read it.
@@ -42,14 +63,11 @@ class Policy:
         self._model = onnxruntime.InferenceSession(path, options, ["CPUExecutionProvider"])
         self._spec = spec
         self.inputs = {each.name: list(each.shape) for each in self._model.get_inputs()}
-        neighbours = self.inputs.get("neighbours", [1, 1, NEIGHBOUR])[1]
-        self.neighbours = neighbours if isinstance(neighbours, int) else 4
-        shapes = {
-            "scan": [1, spec.lidar.rays],
-            "goal": [1, 2],
-            "twist": [1, 3],
-            "neighbours": [1, self.neighbours, NEIGHBOUR],
-        }
+        self.config = self._config(path)
+        self._observer = Observer(self.config, spec, 1)
+        shapes = {name: [1, *bounds.shape] for name, bounds in self._observer.bounds.items()}
+        if self.config.observation == "flat":
+            shapes = {FLAT: [1, sum(math.prod(shape) for shape in shapes.values())]}
         for name, shape in self.inputs.items():
             wanted = shapes.get(name, [])
             if len(shape) != len(wanted) or any(
@@ -61,16 +79,71 @@ class Policy:
                     f" observations of {spec.model} are"
                 )
 
+    def _config(self, path: str) -> PolicyConfig:
+        """Return what `describe_policy` wrote into the model, or what the names of inputs say."""
+        written = self._model.get_modelmeta().custom_metadata_map.get(CONFIG)
+        if written is not None:
+            try:
+                found = msgspec.json.decode(written)
+            except msgspec.DecodeError:
+                found = written
+            return convert(found, PolicyConfig, f"{path}: {CONFIG}")
+        neighbours = self.inputs.get("neighbours", [1, 4, NEIGHBOUR])[1]
+        count = neighbours if isinstance(neighbours, int) and neighbours > 0 else 4
+        parts = tuple(part for part in PARTS if part in self.inputs)
+        return PolicyConfig(parts=parts or ("goal",), neighbours=count)
+
+    def restart(self, ranges: Any) -> None:
+        """Begin a way to a goal, with the ranges (rays,) [m] of the latest scan."""
+        self._observer.restart(ranges[None], np.ones(1, np.bool_))
+
     def twist(
-        self, ranges: Any, goal_map: tuple[float, float], poses: FloatArray, twists: FloatArray
+        self,
+        ranges: Any,
+        goal_map: tuple[float, float],
+        ahead_map: tuple[float, float],
+        poses: FloatArray,
+        twists: FloatArray,
     ) -> Twist:
-        """Return the twist of a tick; arguments as of `observe`, the robot's own row first."""
-        seen = observe(
-            ranges[None], self._spec.lidar.range_max, np.array([goal_map]), poses, twists,
-            self.neighbours,
-        )  # fmt: skip
+        """Return the twist of a step.
+
+        Args:
+            ranges: (rays,) [m] of the latest scan.
+            goal_map: x, y [m].
+            ahead_map: x, y [m] where the way leads.
+            poses: (n, 3) x, y, yaw in map, its own first.
+            twists: (n, 3) vx, wz, vy.
+        """
+        self._observer.add(ranges[None])
+        seen = self._observer.observe(np.array([goal_map]), np.array([ahead_map]), poses, twists)
+        if self.config.observation == "flat":
+            seen = {FLAT: flat(seen)}
         action = self._model.run(None, {name: seen[name] for name in self.inputs})[0]
-        return twist_of(np.ravel(action), self._spec)
+        return twist_of(np.ravel(action)[:3], self._spec, self.config.normalise)
+
+
+def describe_policy(path: str | Path, options: PolicyConfig) -> None:
+    """Write into a model in ONNX what it sees, so that robots show it the same.
+
+    Args:
+        path: File of the model, which is overwritten. Its inputs are called as the parts of an
+            observation, or `observation` where that is flat; its first output is the action.
+        options: What it was trained with: `options` of an environment.
+
+    Raises:
+        ConfigError: If the file cannot be read or written.
+    """
+    import onnx
+    from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
+
+    fields = PolicyConfig.__struct_fields__
+    written = msgspec.json.encode({name: getattr(options, name) for name in fields}).decode()
+    try:
+        model = onnx.load(str(path))
+        onnx.helper.set_model_props(model, {CONFIG: written})
+        onnx.save(model, str(path))
+    except (OSError, DecodeError) as error:
+        raise ConfigError(f"{path} is no model in ONNX that can be written: {error}") from None
 
 
 class PolicyBrain:
@@ -89,7 +162,11 @@ class PolicyBrain:
         initial_pose_map: Pose,
     ) -> None:
         """Stand at a pose without a goal; `brain.plugin` is the path of the model."""
-        self._policy = Policy(config.brain.plugin, spec)
+        self._policy = policy = Policy(config.brain.plugin, spec)
+        self._ways: ShortestWays | None = None
+        if "way" in policy.config.parts:
+            self._ways = ShortestWays(grid, spec.circumscribed_radius, 1)
+        self._wish, self._held = Twist(), 0  # the last action, and for how many ticks still
         self._steered = SteeredNavigator(config, spec, grid, sites, robot_id, initial_pose_map)
         self._navigator = self._steered.navigator
         self._ranges = np.full(spec.lidar.rays, np.inf, np.float32)
@@ -119,7 +196,7 @@ class PolicyBrain:
 
     def set_goal(self, goal: Goal) -> None:
         """Receive a goal; only the first of its poses is used."""
-        self._goal = goal
+        self._goal, self._held = goal, -1
 
     def cancel_goal(self) -> None:
         """Stand."""
@@ -140,14 +217,28 @@ class PolicyBrain:
         return Output(output.twist, output.beacon, events)
 
     def _decide(self, pose: Pose, target: Pose) -> Twist:
+        if self._held > 0:
+            self._held -= 1
+            return self._wish
+        goal = ahead = (target.x, target.y)
+        if self._held < 0:  # a new goal
+            self._policy.restart(self._ranges)
+            if self._ways is not None:
+                self._ways.set_goal(0, np.array(goal))
+        self._held = self._policy.config.ticks - 1
         beacons = self._others.beacons if len(self._others.rows) else None
         poses, twists = [(pose.x, pose.y, pose.yaw)], [self._twist_row()]
         if beacons is not None:
             poses += beacons["pose"].tolist()
             twists += [(vx, wz, 0.0) for vx, wz in beacons["twist"].tolist()]
-        return self._policy.twist(
-            self._ranges, (target.x, target.y), np.array(poses), np.array(twists)
+        if self._ways is not None:
+            self._ways.follow(np.array(poses[:1]))
+            x, y = self._ways.ahead[0].tolist()
+            ahead = x, y
+        self._wish = self._policy.twist(
+            self._ranges, goal, ahead, np.array(poses), np.array(twists)
         )
+        return self._wish
 
     def _twist_row(self) -> tuple[float, float, float]:
         return self._twist.vx, self._twist.wz, self._twist.vy

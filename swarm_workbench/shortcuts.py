@@ -34,7 +34,7 @@ def run_scenario(
     Raises:
         SwarmError: If a file or a value is unusable.
     """
-    chosen = load_scenario(scenario) if isinstance(scenario, str) else scenario
+    chosen = scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario))
     count = chosen.robots[0] if robots is None else robots
     return run(
         RunOptions(

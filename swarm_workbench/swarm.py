@@ -16,6 +16,7 @@ from rich.progress import Progress
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.methods import METHODS
 from swarm_bench.runs.scenario import Scenario
+from swarm_common.files.convert import convert
 from swarm_common.model.breaches import Collision
 from swarm_common.model.central import Coordination
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
@@ -196,7 +197,7 @@ class Swarm:
     def __getitem__(self, name: str) -> Robot:
         self._running()
         if name not in self._robots:
-            raise UnknownNameError("robot", name, self._robots)
+            raise UnknownNameError("robot", str(name), self._robots)
         return self._robots[name]
 
     def __iter__(self) -> Iterator[Robot]:
@@ -237,7 +238,8 @@ class Swarm:
         """
         if (until is None) == (seconds is None):
             raise ConfigError("run needs until=… or seconds=…, and not both")
-        end = until if until is not None else self.time + (seconds or 0.0)
+        span = convert(until if seconds is None else seconds, float, "until or seconds")
+        end = span if seconds is None else self.time + span
         if not np.isfinite(end) or end < self.time - 1e-6:
             raise ConfigError(f"it is t = {self.time:.1f} s already; run until a later time")
         last = round(end / CONTROL_PERIOD)

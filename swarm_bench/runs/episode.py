@@ -14,7 +14,7 @@ from typing import Any
 from swarm_bench.runs.inputs import read_once
 from swarm_bench.runs.methods import METHODS, OF_NAVIGATORS, load_method, load_team
 from swarm_bench.runs.orders import BenchOrders, make_orders
-from swarm_bench.runs.scenario import Scenario
+from swarm_bench.runs.scenario import Scenario, Size
 from swarm_central.link import Centre, delay_ticks
 from swarm_central.movingai import check_program
 from swarm_common.files.params_io import REALISTIC, default_parameters
@@ -24,6 +24,7 @@ from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.model.robot_names import RobotNames
+from swarm_common.model.schema import Seed, check_fields
 from swarm_describe.robots.fleet import limits_of
 from swarm_describe.robots.loading import Robot, load_robot, open_robot
 from swarm_describe.worlds.actors import Actors, WalkerSpec, load_actors
@@ -56,8 +57,8 @@ class RunOptions:
     """One run of a scenario."""
 
     scenario: Scenario
-    robots: int  # swarm size
-    seed: int = 0  # of everything random
+    robots: Size  # swarm size
+    seed: Seed = 0  # of everything random
     method: str = "ours"  # what drives the robots
     engine: str = "planar"  # physics: planar or bullet
     # of the navigators, by dotted name, in place of the defaults
@@ -66,6 +67,9 @@ class RunOptions:
     sections: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     realistic: bool = False  # sensors err as the models say, and navigators localise by AMCL
     central: Mapping[str, Any] = field(default_factory=dict)  # parameters of a centre, by name
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
 
 @dataclass(slots=True)

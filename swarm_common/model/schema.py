@@ -49,6 +49,7 @@ Positive = Annotated[float, Meta(gt=0.0)]
 NotNegative = Annotated[float, Meta(ge=0.0)]
 Share = Annotated[float, Meta(ge=0.0, lt=1.0)]
 Count = Annotated[int, Meta(ge=1)]
+Seed = Annotated[int, told("an integer from 0 to 2^63 - 1", ge=0, le=2**63 - 1)]
 Name = Annotated[str, told("text on one line, without blanks around it", is_name)]
 # a larger one may be in degrees
 Yaw = Annotated[float, told("a number from -2 pi to 2 pi, in radians", _is_angle)]

@@ -7,6 +7,7 @@ A robot stops before it would touch something, and that counts as a contact.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -66,6 +67,11 @@ class PlanarEngine:
         self.approaches: list[NearPair] = []
         self._close = np.empty((CLOSE_PAIRS * count, 4))
         self._measure()
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take over what was copied; poses and twists are views of it again."""
+        self.__dict__.update(state)
+        self.poses, self.twists = self._state[:, :3], self._state[:, 3:]
 
     def advance(self, targets: FloatArray) -> list[Touch]:
         """Run one control period towards target speeds."""

@@ -5,8 +5,8 @@ import pytest
 
 from swarm_common.model.errors import SwarmError
 from swarm_workbench import Swarm, load_robot
-from swarm_workbench.gym import SwarmEnv
-from swarm_workbench.policy import Policy
+from swarm_workbench.gym import RobotEnv, SwarmEnv
+from swarm_workbench.policy import Policy, describe_policy
 from tests.fakes.policies import TO_THE_GOAL, save_policy
 
 
@@ -16,14 +16,50 @@ def test_a_policy_sees_on_a_robot_what_it_saw_in_the_environment(tmp_path):
     observations, _ = env.reset(seed=4)
     policy = Policy(path, load_robot("turtlebot3_waffle"))
     arena, goals = env._team._arena, env._team._goals
+    poses = arena.world.poses
     for row, seen in enumerate(observations.values()):
         order = [row, *(other for other in range(3) if other != row)]
         goal = tuple(goals[row])
-        twist = policy.twist(arena.ranges[row], goal, arena.poses[order], arena.twists[order])
+        twist = policy.twist(arena.ranges[row], goal, goal, poses[order], arena.twists[order])
         away = np.array([0.002, 0.001, 0.0, 0.0, 0.0, 0.0])
         action = seen["goal"] * (2.0, 2.0) * seen["scan"].min() - (seen["neighbours"] * away).sum()
         high = env.action_space("Srobot1").high
         assert (twist.vx, twist.wz) == pytest.approx(np.clip(action, -high, high), abs=1e-5)
+
+
+ALONG_THE_WAY = """
+<ir_version: 8, opset_import: ["": 17]>
+policy (float[N, 86] observation) => (float[N, 2] action) <int64[1] first = {75},
+    int64[1] last = {77}, int64[1] axis = {1}, float[2, 2] turn = {0.7, 0.0, 0.0, 1.0}> {
+    way = Slice(observation, first, last, axis)
+    action = MatMul(way, turn) }
+"""
+
+
+def test_a_model_says_itself_what_it_sees(tmp_path):
+    """It drives along the shortest way, alike in an environment and as a brain behind a shield."""
+    path = save_policy(tmp_path / "policy.onnx", ALONG_THE_WAY)
+    sees = {
+        "observation": "flat", "normalise": True, "parts": ("scan", "goal", "way", "twist",
+        "neighbours"), "rays": 36, "stack": 2, "neighbours": 1, "ticks": 2,
+    }  # fmt: skip
+    env = RobotEnv(1, "doorway", **sees)
+    with pytest.raises(SwarmError, match=r"input observation \[.*86\]; expected some of"):
+        Policy(path, load_robot("turtlebot3_waffle"))
+    describe_policy(path, env.options)
+    assert Policy(path, load_robot("turtlebot3_waffle")).config.ticks == 2
+    seen, _ = env.reset(options={"starts": [(-3.0, 1.0, 0.0)], "goals": [(3.0, 1.0)]})
+    end = cut = False
+    while not (end or cut):
+        seen, _, end, cut, info = env.step(seen[75:77] * (0.7, 1.0))
+    assert info["reached"]
+    with Swarm(robots=1, world="doorway", bench=True, brain=path) as swarm:
+        start = swarm["Srobot1"].true_pose
+        assert swarm["Srobot1"].go_to((start.x + 1.0, start.y + 1.0)).wait(timeout=40.0)
+        assert swarm.report.collisions == 0
+    (tmp_path / "none.onnx").write_text("nothing")
+    with pytest.raises(SwarmError, match="is no model"):
+        describe_policy(tmp_path / "none.onnx", env.options)
 
 
 def test_a_policy_drives_to_goals_on_the_bench(tmp_path):

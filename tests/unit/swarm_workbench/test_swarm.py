@@ -10,7 +10,7 @@ import pytest
 
 from swarm_common.model.breaches import Collision
 from swarm_common.model.errors import SwarmError
-from swarm_workbench import Pixel, Pose, Swarm, Trajectories, load_robot, load_world
+from swarm_workbench import Pixel, Pose, Swarm, Trajectories, load_robot, load_world, run_scenario
 from swarm_workbench.goal import GoalTimeoutError
 from swarm_workbench.history import RunTables
 
@@ -165,7 +165,7 @@ def test_after_the_block_only_results_are_there():
         ({"drive": "wings"}, "unknown drive 'wings'"),
         ({"parameters": {"traffic.no_such": 1}}, "no_such"),
         ({"viewer": True}, "leave out bench=True"),
-        ({"robots": 0}, "0; expected a swarm size"),
+        ({"robots": 0}, "0; expected an integer"),
     ],
 )
 def test_options_that_make_no_sense_are_refused(options, message):
@@ -193,3 +193,26 @@ def test_worlds_that_come_along_have_a_map_and_stations():
     world = load_world("doorway")
     assert "east_north" in world.stations
     assert world.map.cells.shape[0] > 50
+
+
+def test_arguments_of_the_wrong_sort_are_refused_in_words():
+    for robots in ("two", [2], 2.5, 0):
+        with pytest.raises(SwarmError, match="expected an integer"):
+            Swarm(robots=robots, world="doorway", bench=True).start()
+        with pytest.raises(SwarmError, match="robots"):
+            run_scenario("doorway", robots=robots)
+    for seed in (-1, 1.5, "one"):
+        with pytest.raises(SwarmError, match="seed"):
+            run_scenario("doorway", robots=2, seed=seed)
+    for scenario in (3, None):
+        with pytest.raises(SwarmError, match="unknown scenario"):
+            run_scenario(scenario)
+    with pytest.raises(SwarmError, match="method"):
+        run_scenario("doorway", robots=2, brain=3)
+    with pytest.raises(SwarmError, match="parameters"):
+        run_scenario("doorway", robots=2, parameters=[1])
+    with Swarm(robots=1, world="doorway", bench=True) as swarm:
+        with pytest.raises(SwarmError, match="unknown robot"):
+            swarm[1]
+        with pytest.raises(SwarmError, match="a number"):
+            swarm.run(seconds="a")
