@@ -38,7 +38,8 @@ def chart(run: RunData) -> Chart | None:
     points = np.array(list(places.values()))
     robots = line(
         "", points[:, 0].tolist(), points[:, 1].tolist(), mode="markers+text",
-        text=[text(name) for name in places], textposition="top center",
+        text=[text(name) for name in places],  # outside of the circle, off the arrows
+        textposition=[f"{'top' if y > 0.0 else 'bottom'} center" for _, y in places.values()],
         customdata=[text(_about(name, edges)) for name in places],
         marker={
             "color": BLUE, "size": [8.0 + 16.0 * kept[name] / max(kept.values()) for name in places]

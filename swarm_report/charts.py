@@ -171,7 +171,7 @@ def _station_marks(run: RunData) -> list[Chart]:
 
 
 def _beside(run: RunData, places: Mapping[str, Pose]) -> list[str]:
-    """Return on which side of its station each name meets fewest other names, marks and edges."""
+    """Return on which side of its station each name meets fewest other names, marks and walls."""
     xs, ys = zip(*((pose.x, pose.y) for pose in places.values()), strict=True)
     left, right = (min(xs), max(xs)) if run.grid is None else extent(run.grid)[:2]
     unit = max(right - left, 1.0) / MAP_WIDTH  # [m] of a pixel
@@ -190,11 +190,18 @@ def _beside(run: RunData, places: Mapping[str, Pose]) -> list[str]:
             side: sum(b[0] < o[2] and b[2] > o[0] and b[1] < o[3] and b[3] > o[1] for o in taken)
             + (b[0] < left)
             + (b[2] > right)
+            + (run.grid is not None and _meets_wall(run.grid, b))
             for side, b in boxes.items()
         }
         found.append(min(hits, key=hits.__getitem__))
         taken.append(boxes[found[-1]])
     return found
+
+
+def _meets_wall(grid: Grid, box: tuple[float, float, float, float]) -> bool:
+    (bottom, left), (top, right) = grid.cell_of(*box[:2]), grid.cell_of(*box[2:])
+    cells = grid.cells[max(bottom, 0) : max(top + 1, 0), max(left, 0) : max(right + 1, 0)]
+    return bool((cells == OCCUPIED).any())
 
 
 def _crashes(run: RunData) -> list[Chart]:

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from swarm_common.model.errors import ConfigError
-from swarm_common.model.grid import Grid
+from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import Pose
 from swarm_report import charts
 from swarm_report.document import DRAWINGS, document_html, write_document
@@ -104,6 +104,15 @@ def test_a_page_that_cannot_be_written_is_refused(tmp_path):
     runs = [str(make_run(tmp_path / name, robots=2, seconds=3)) for name in ("a", "b")]
     result = CliRunner().invoke(report_app, [*runs, "-o", "/proc/no/x.html"])
     assert isinstance(result.exception, ConfigError)
+
+
+def test_names_of_stations_keep_off_walls_of_the_hall():
+    """A map has a rim beyond the walls; names stood on the wall beside them."""
+    cells = np.zeros((100, 200), np.int8)
+    cells[:, 20:22] = OCCUPIED
+    grid = Grid(cells, 0.1, 0.0, 0.0)
+    places = {"loader_1": Pose(2.7, 3.0, 0.0), "unload": Pose(12.0, 5.0, 0.0)}
+    assert charts._beside(SimpleNamespace(grid=grid), places) == ["middle right", "top center"]
 
 
 def test_names_of_stations_at_a_wall_lie_inside_and_beside_each_other():
