@@ -13,7 +13,15 @@ from swarm_vda5050.order_check import MOST_ACTIONS, MOST_NODES
 from swarm_vda5050.standard import LONGEST_ID, wire_name
 from swarm_vda5050.zones import SUPPORTED
 
-OF_EDGES = ("maxSpeed", "trajectory", "corridor")  # optional fields that robots heed
+OF_EDGES = (  # optional fields that robots heed
+    "maxSpeed",
+    "trajectory",
+    "corridor",
+    "orientation",
+    "orientationType",
+    "rotationAllowed",
+    "reachOrientationBeforeEntering",
+)
 
 
 def factsheet(spec: RobotSpec, offered: Mapping[str, ActionOffer], version: str) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from swarm_common.model.grid import Grid
 from swarm_vda5050.actions import OFFERED, ActionOffer, ActionScope, check_action
 from swarm_vda5050.faults import OrderFault, OrderRejectedError
 from swarm_vda5050.messages import DriveOrder, Edge, Node, OrderAction
-from swarm_vda5050.ways import FARTHEST, line_of, problem_of
+from swarm_vda5050.ways import FARTHEST, heading_problem, line_of, problem_of
 
 STOP_RADIUS = 0.35  # [m] around a node at which the robot stops: the goal checker's, and its play
 MOST_NODES = 1000  # of one message
@@ -38,12 +38,16 @@ class DrivingArea:
 
 
 def check_order(
-    order: DriveOrder, ground: DrivingArea, offered: Mapping[str, ActionOffer] = OFFERED["2.1"]
+    order: DriveOrder,
+    ground: DrivingArea,
+    offered: Mapping[str, ActionOffer] = OFFERED["2.1"],
+    turn_rate: float = math.inf,
 ) -> None:
     """Check structure, places and actions of an order or an update.
 
     Args:
         offered: Actions of the version, by actionType.
+        turn_rate: [rad/s] that the robot turns at most.
 
     Raises:
         RejectedError: For the first thing that is wrong.
@@ -53,7 +57,7 @@ def check_order(
         _check_node(node, ground)
         _check_actions(node.actions, ActionScope.NODE, offered, nodeId=node.node_id)
     for edge, (start, end) in zip(order.edges, pairwise(order.nodes), strict=True):
-        _check_edge(edge, start, end)
+        _check_edge(edge, start, end, turn_rate)
         _check_actions(edge.actions, ActionScope.EDGE, offered, edgeId=edge.edge_id)
     counts = Counter(action.action_id for action in order.actions)
     for action_id, count in counts.items():
@@ -118,20 +122,15 @@ def _check_node(node: Node, ground: DrivingArea) -> None:
         raise OrderRejectedError(OrderFault.NO_ROUTE, f"{place} is {obstacle}", nodeId=node.node_id)
 
 
-def _check_edge(edge: Edge, start: Node, end: Node) -> None:
+def _check_edge(edge: Edge, start: Node, end: Node, turn_rate: float) -> None:
     corridor = edge.corridor
     unsupported = {
         "corridor.releaseRequired": corridor is not None and corridor.release_required,
-        "orientation": bool(edge.orientation) or edge.orientation_type != "TANGENTIAL",
-        "maxRotationSpeed": edge.max_rotation_speed is not None,
-        "rotationAllowed": edge.rotation_allowed is False,
+        "maxRotationSpeed": (edge.max_rotation_speed or math.inf) < turn_rate,
     }
     for name, is_asked in unsupported.items():
         if is_asked:
-            message = f"{name} is not supported: this robot plans its own way and heading"
-            raise OrderRejectedError(
-                OrderFault.UNSUPPORTED, message, edgeId=edge.edge_id, parameter=name
-            )
+            _refuse(edge, name, f"{name} is not supported")
     if edge.max_speed is not None and not 0.0 < edge.max_speed < math.inf:
         raise _invalid(f"maxSpeed is {edge.max_speed}; it must be positive", edgeId=edge.edge_id)
     if corridor is not None:
@@ -140,6 +139,15 @@ def _check_edge(edge: Edge, start: Node, end: Node) -> None:
             raise _invalid(f"the corridor's widths are {widths}", edgeId=edge.edge_id)
     if edge.trajectory is not None:
         _check_trajectory(edge, start, end)
+    assert start.node_position is not None
+    assert end.node_position is not None
+    line = line_of(edge, start.node_position, end.node_position)
+    if problem := heading_problem(edge, line):
+        _refuse(edge, "orientation", problem)
+
+
+def _refuse(edge: Edge, name: str, message: str) -> None:
+    raise OrderRejectedError(OrderFault.UNSUPPORTED, message, edgeId=edge.edge_id, parameter=name)
 
 
 def _check_trajectory(edge: Edge, start: Node, end: Node) -> None:

@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 import shapely
 from geometry_msgs.msg import PoseWithCovarianceStamped
-from nav2_msgs.action import FollowPath, NavigateThroughPoses, NavigateToPose
+from nav2_msgs.action import FollowPath, NavigateThroughPoses, NavigateToPose, Spin
 from nav2_msgs.msg import SpeedLimit
 from nav_msgs.msg import OccupancyGrid
 from rclpy.node import Node
@@ -52,6 +52,7 @@ from swarm_vda5050.messages import (
 )
 from swarm_vda5050.order_check import DrivingArea
 from swarm_vda5050.vehicle import DriveLeg, RobotSenses, Vehicle
+from swarm_vda5050.ways import ALONG
 
 STATE_PERIOD = 30.0  # [s] of wall time between two states at the latest
 VISUAL_PERIOD = 1.0  # [s] of wall time between two messages for visualization
@@ -61,6 +62,7 @@ ACTIONS: dict[str, Any] = {
     "navigate_to_pose": NavigateToPose,
     "navigate_through_poses": NavigateThroughPoses,
     "follow_path": FollowPath,
+    "spin": Spin,
 }
 STILL = 0.02  # [m/s], [rad/s] below which a robot stands
 WAITING = ("waiting", "holding", "yielding")  # states in which `detail` says for whom
@@ -102,7 +104,11 @@ class Pilot:
         """
         self.name = identity.serial
         self.vehicle = Vehicle(
-            ground, identity.offered, spec.circumscribed_radius, identity.version
+            ground,
+            identity.offered,
+            spec.circumscribed_radius,
+            identity.version,
+            spec.max_vel_theta,
         )
         self.vehicle.plan_faults(timed)
         self._judge = judge
@@ -155,6 +161,7 @@ class Pilot:
         self._moved_from: tuple[int, Pose] | None = None  # tick and pose of the latest velocity
         self._task: Task | None = None
         self._goal: tuple[tuple[str, int], ...] = ()  # nodes that it leads to
+        self._turn: tuple[tuple[str, int], ...] | None = None  # legs that end with the turn, if any
         self._sent_at = 0  # tick
         self._ended: Task | None = None  # until the status with the end is here
         self._cancelled_at = 0.0
@@ -175,7 +182,7 @@ class Pilot:
     def silence(self) -> None:
         """The navigator died: the broker is to say so."""
         self._is_silent, self._is_ready = True, False
-        self._task = self._ended = None
+        self._task = self._ended = self._turn = None
         self._area, self._speed_limit = ({}, []), 0.0  # the next one has heard of neither
         if self._steps is not None:
             self._steps.forget()
@@ -267,13 +274,10 @@ class Pilot:
         self._sense(pose_map, is_by_hand=report.is_by_hand, is_charging=is_charging)
         for each in ended:
             self._task, goal, self._goal = None, self._goal, ()
-            if each.is_reached:
-                self.vehicle.arrive(goal[-1])
-            else:
-                self.vehicle.fail_drive(each.reason, is_final(each.code, each.reason))
+            self._end(goal, each.is_reached, each.reason, is_final(each.code, each.reason))
         task = self._task
         if task is not None and report.goal != task.goal_id and self._sent_at < report.tick:
-            self._task, self._goal = None, ()  # its navigator was started again
+            self._task, self._goal, self._turn = None, (), None  # its navigator was started again
         while self._messages:
             self._receive_message(self._messages.popleft())
         self._drive(CONTROL_PERIOD * report.tick)
@@ -376,11 +380,16 @@ class Pilot:
     def _stop(self) -> None:
         if self._task is not None:
             self._cancelled.append(self._task.goal_id)
-        self._task = None
+        self._task = self._turn = None
         self._goal = ()
         self.robot.cancelTask()
 
     def _send(self, leg: DriveLeg) -> None:
+        assert self.vehicle.senses is not None
+        yaw = self.vehicle.senses.pose_map.yaw
+        if leg.heading is not None and abs(turn := wrap_angle(leg.heading - yaw)) > ALONG:
+            self._begin_turn(turn, ())
+            return
         if (path := self.vehicle.path_of(leg)) is not None:
             self._send_path(leg, path)
             return
@@ -434,11 +443,33 @@ class Pilot:
         task, self._ended = self._ended, None
         goal, self._goal = self._goal, ()
         if task is None or not goal or task.is_forgotten:
+            self._turn = None
             return  # a forgotten goal is sent anew
-        if task.outcome is TaskResult.SUCCEEDED:
+        is_reached = task.outcome is TaskResult.SUCCEEDED
+        self._end(goal, is_reached, task.reason, not is_reached and is_for_good(task.result))
+
+    def _end(
+        self, goal: tuple[tuple[str, int], ...], is_reached: bool, reason: str, is_final: bool
+    ) -> None:
+        """A leg ended, or a turn before or after one; after a leg a turn may be due."""
+        turn, self._turn = self._turn, None
+        if not is_reached and not turn:
+            self.vehicle.fail_drive(reason, is_final)
+        elif turn is None and (angle := self.vehicle.turn_at(goal[-1])):
+            self._begin_turn(angle, goal)
+            self._goal = goal
+        elif turn is None or turn:
             self.vehicle.arrive(goal[-1])
-        else:
-            self.vehicle.fail_drive(task.reason, is_for_good(task.result))
+
+    def _begin_turn(self, angle: float, ends: tuple[tuple[str, int], ...]) -> None:
+        """Turn on the spot.
+
+        Args:
+            angle: [rad]
+            ends: Leg that has arrived with the turn; empty before a leg.
+        """
+        self._begin("spin", Spin.Goal(target_yaw=angle))
+        self._turn = ends
 
     # From the robot
 

@@ -18,7 +18,7 @@ import msgspec
 import numpy as np
 import shapely
 
-from swarm_common.model.records import FloatArray, Pose
+from swarm_common.model.records import FloatArray, Pose, wrap_angle
 from swarm_vda5050.actions import OFFERED, ActionOffer, ActionScope, RunningAction, check_action
 from swarm_vda5050.faults import ActiveError, OrderFault, OrderRejectedError
 from swarm_vda5050.messages import (
@@ -39,11 +39,12 @@ from swarm_vda5050.messages import (
 )
 from swarm_vda5050.order_check import STOP_RADIUS, DrivingArea, check_order
 from swarm_vda5050.simulated_faults import DRIVES_ON, SIMULATED, SimulatedFaults
-from swarm_vda5050.ways import corridor_area, is_followed, line_of
+from swarm_vda5050.ways import corridor_area, is_followed, keeps_heading, line_of
 from swarm_vda5050.zones import ZoneKeeper
 
 PASS_RADIUS = 0.7  # [m] around a node without allowedDeviationXY: that of NavigateThroughPoses
 BY_HAND = "the order was given up: somebody drives the robot by hand"
+USUAL_TURN, LEAST_TURN = 0.25, 0.05  # [rad] off a heading: without a deviation, and at least
 MOST_TRIES = 3  # of a leg
 LONG_AGO = datetime.min.replace(tzinfo=UTC)
 RETRY_PAUSE = 5.0  # [s] between two of them
@@ -66,10 +67,14 @@ class RobotSenses:
 
 
 class DriveLeg(NamedTuple):
-    """Nodes to drive through without a stop, to the last; `max_speed` [m/s] holds to the first."""
+    """Nodes to drive through without a stop, to the last; `max_speed` [m/s] holds to the first.
+
+    With a `heading` [rad] the robot turns to it before it sets off.
+    """
 
     nodes: tuple[Node, ...]
     max_speed: float | None
+    heading: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,18 +108,21 @@ class Vehicle:
         offered: Mapping[str, ActionOffer] = OFFERED["2.1"],
         radius: float = 0.0,
         version: str = "2.1",
+        turn_rate: float = math.inf,
     ) -> None:
         """Begin without an order.
 
         Args:
             offered: Actions of the version, by actionType.
             radius: [m] of the robot's body.
+            version: Of the standard.
+            turn_rate: [rad/s] that it turns at most.
         """
         self.zones = ZoneKeeper(ground.map_id, radius)
         self.simulated = SimulatedFaults(version)
         self._timed: list[tuple[float, OrderAction]] = []  # instant actions of ours, by time [s]
         self._answers: list[ActiveError] = []  # to the message that is being received
-        self._radius = radius
+        self._radius, self._turn_rate = radius, turn_rate
         self.order_id = ""
         self.order_update_id = 0
         self.last_node = ("", 0)
@@ -260,7 +268,32 @@ class Vehicle:
         if count == 0:
             return None
         speed = self._edges[0].max_speed if self._edges else None
-        return DriveLeg(tuple(self._nodes[:count]), speed)
+        return DriveLeg(tuple(self._nodes[:count]), speed, self._heading)
+
+    @property
+    def _heading(self) -> float | None:
+        """The heading [rad] that the present edge wants where the robot is; None for any."""
+        if not self._edges or not keeps_heading(self._edges[0]):
+            return None
+        assert self.senses is not None
+        ((_, line),) = self._lines(1)
+        here = self.senses.pose_map
+        near = int(np.hypot(line[:-1, 0] - here.x, line[:-1, 1] - here.y).argmin())
+        dx, dy = line[near + 1] - line[near]
+        return math.atan2(dy, dx)
+
+    def turn_at(self, end: tuple[str, int]) -> float:
+        """Return how far [rad] to turn at a node before the robot has its heading; 0 if it has.
+
+        Args:
+            end: Key of the node.
+        """
+        found = [node.node_position for node in self._nodes if node.key == end]
+        if not found or found[0] is None or found[0].theta is None or self.senses is None:
+            return 0.0
+        allowed = found[0].allowed_deviation_theta or USUAL_TURN
+        turn = wrap_angle(found[0].theta - self.senses.pose_map.yaw)
+        return turn if abs(turn) > max(allowed, LEAST_TURN) else 0.0
 
     def path_of(self, leg: DriveLeg) -> FloatArray | None:
         """Return the path (n, 2) [m] in map that is to be followed; None for a way of its own."""
@@ -350,7 +383,7 @@ class Vehicle:
     # Orders
 
     def _accept(self, order: DriveOrder) -> None:
-        check_order(order, self._ground, self._offered)
+        check_order(order, self._ground, self._offered, self._turn_rate)
         if self.is_manual or self.simulated.is_lost:
             why = "does not know where it is" if self.simulated.is_lost else "is driven by hand"
             raise OrderRejectedError(OrderFault.NOT_AVAILABLE, f"the robot {why}")
@@ -473,7 +506,7 @@ class Vehicle:
             if after is None or not after.released:
                 return index
             edge = self._edges[index + 1]
-            if _way_of(edge) != _way_of(self._edges[index]):
+            if _way_of(edge) != _way_of(self._edges[index]) or keeps_heading(edge):
                 return index
             halts = (*node.actions, *edge.actions)
             if any(not action.blocking_type.allows_driving for action in halts):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.interpolate import BSpline
 
-from swarm_common.model.records import FloatArray
+from swarm_common.model.records import FloatArray, wrap_angle
 from swarm_vda5050.messages import Edge, NodePosition, Trajectory
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ LONGEST = 10_000.0  # [m] along them
 HEAVIEST = 1e6  # weight of one
 FARTHEST = 1e6  # [m] of anything from the origin of the map
 NARROW = 0.3  # [m] of a corridor in which nothing is planned: the robot follows its middle line
+ALONG = 0.35  # [rad] from the direction of a way that still is along it
 TURNING_ROOM = 0.35  # [m] around a node, besides the body, that belongs to a corridor
 
 
@@ -61,9 +62,38 @@ def line_of(edge: Edge, start: NodePosition, end: NodePosition) -> FloatArray:
     return np.column_stack([np.interp(where, at, line[:, axis]) for axis in (0, 1)])
 
 
+def keeps_heading(edge: Edge) -> bool:
+    """Whether the robot must have the heading of an edge when it enters it, and keep it there."""
+    is_fixed = edge.rotation_allowed is False or edge.reach_orientation_before_entering
+    return is_fixed or edge.orientation is not None
+
+
+def heading_problem(edge: Edge, line: FloatArray) -> str:
+    """Return why a robot that drives forwards cannot have the orientation of an edge, if so.
+
+    Args:
+        line: (n, 2) [m] in map, of the edge.
+    """
+    if edge.orientation is None:
+        return ""
+    steps = np.diff(line, axis=0)
+    ways = (
+        np.arctan2(steps[:, 1], steps[:, 0]) if edge.orientation_type == "GLOBAL" else np.zeros(1)
+    )
+    off = max(abs(wrap_angle(edge.orientation - way)) for way in ways.tolist())
+    if off <= ALONG:
+        return ""
+    return (
+        f"orientation is {edge.orientation:g} ({edge.orientation_type}), {off:.2f} rad off the way:"
+        " this robot drives forwards only"
+    )
+
+
 def is_followed(edge: Edge) -> bool:
     """Whether the robot follows the line of an edge, in place of planning its way."""
     corridor = edge.corridor
+    if keeps_heading(edge):
+        return True
     if corridor is None:
         return edge.trajectory is not None
     return corridor.left_width + corridor.right_width < NARROW

@@ -122,6 +122,7 @@ def round_the_corner(state):
     """Return an order in a corridor that does not lead straight to its end."""
     content = order_from(state, "corner", 0.0, -2.0)
     here = state["agvPosition"]
+    content["nodes"][1]["nodePosition"] |= {"theta": 1.5, "allowedDeviationTheta": 0.1}
     content["edges"][0] |= {
         "trajectory": nurbs((here["x"], here["y"]), *CORNER),
         "corridor": {"leftWidth": 0.5, "rightWidth": 0.5},
@@ -191,6 +192,7 @@ def test_a_fleet_control_drives_the_swarm(swarm):
     listener.send("Srobot1", "order", round_the_corner(state))
     listener.wait(lambda: listener.state("Srobot1")["orderId"] == "corner", "it takes the corridor")
     listener.wait(lambda: listener.state("Srobot1")["nodeStates"] == [], "it leaves the corridor")
+    assert abs(listener.state("Srobot1")["agvPosition"]["theta"] - 1.5) < 0.15
     track = [m["agvPosition"] for m in listener.all("Srobot1", "visualization")[count:]]
     corner = LineString([(state["agvPosition"]["x"], state["agvPosition"]["y"]), *CORNER])
     far = [corner.distance(Point(at["x"], at["y"])) for at in track]

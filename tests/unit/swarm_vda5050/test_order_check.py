@@ -12,10 +12,20 @@ from tests.fakes.fleet_orders import MAP, action, along, node, nurbs, order
 def fault_of(content):
     ground = DrivingArea(MAP, lambda x, _: "in a wall" if x > 50.0 else "")
     try:
-        check_order(msgspec.convert(content, DriveOrder), ground)
+        check_order(msgspec.convert(content, DriveOrder), ground, turn_rate=1.0)
     except OrderRejectedError as error:
         return error.fault
     return None
+
+
+def test_orientations_along_the_way_are_taken_and_others_named():
+    content = along(0, 1, 1)
+    for more in ({"orientation": 0.1}, {"orientation": 0.0, "orientationType": "GLOBAL"}):
+        content["edges"][0] |= more | {"rotationAllowed": False, "maxRotationSpeed": 2.0}
+        assert fault_of(content) is None
+    content["edges"][0] |= {"orientation": 3.14}
+    with pytest.raises(OrderRejectedError, match="drives forwards only"):
+        check_order(msgspec.convert(content, DriveOrder), DrivingArea(MAP), turn_rate=1.0)
 
 
 def test_a_good_order_passes_and_one_with_too_many_nodes_does_not():
@@ -60,6 +70,11 @@ def test_a_broken_structure_is_invalid(change):
             OrderFault.UNSUPPORTED,
         ),
         (lambda o: o["edges"][0].update(orientation=1.0), OrderFault.UNSUPPORTED),
+        (
+            lambda o: o["edges"][0].update(orientation=3.14, orientationType="GLOBAL"),
+            OrderFault.UNSUPPORTED,
+        ),
+        (lambda o: o["edges"][0].update(maxRotationSpeed=0.5), OrderFault.UNSUPPORTED),
         (lambda o: o["nodes"][1]["nodePosition"].update(mapId="moon"), OrderFault.UNKNOWN_MAP),
         (lambda o: o["nodes"][1]["nodePosition"].update(x=60.0), OrderFault.NO_ROUTE),
         (

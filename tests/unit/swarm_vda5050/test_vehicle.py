@@ -250,6 +250,28 @@ def test_driving_by_hand_ends_the_order():
     assert toy.faults == []
 
 
+def test_an_edge_without_rotation_is_entered_in_its_heading_and_followed():
+    toy = Toy()
+    content = order([node(number) for number in range(4)])
+    content["edges"][1]["rotationAllowed"] = False
+    toy.send(content)
+    assert (len(toy.vehicle.leg.nodes), toy.vehicle.leg.heading) == (1, None)
+    toy.step()
+    leg = toy.vehicle.leg
+    assert (len(leg.nodes), leg.heading) == (1, 0.0)
+    assert toy.vehicle.path_of(leg)[-1].tolist() == [4.0, 0.0]
+    toy.drive()
+    assert toy.vehicle.last_node == ("n3", 6)
+
+
+def test_a_heading_is_met_within_its_deviation():
+    for allowed, turn in ((None, 0.0), (0.1, 0.2), (0.3, 0.0)):
+        toy = Toy()
+        place = {"theta": 0.2} | ({} if allowed is None else {"allowedDeviationTheta": allowed})
+        toy.send(order([node(0), node(1, **place)]))
+        assert toy.vehicle.turn_at(("n1", 2)) == pytest.approx(turn)
+
+
 def test_a_node_that_is_to_be_met_closely_is_a_stop():
     toy = Toy()
     toy.send(order([node(0), node(1, allowedDeviationXY=0.3), node(2, theta=1.0), node(3)]))
