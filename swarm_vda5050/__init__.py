@@ -11,6 +11,7 @@
     ways         Corridors and trajectories of edges, as ways and floor for the navigator
     simulated_faults  Faults on demand
     conformance  The verdict on the fleet control
+    paths        The paths that a robot tells
     dialect      Messages of a version on the wire
     factsheet    What a robot model can do
     broker       A mosquitto of our own on loopback

@@ -418,6 +418,27 @@ class ZoneRequest(Outgoing, frozen=True):
     request_status: str
 
 
+class PathPoint(Outgoing, frozen=True):
+    """A point of a path, and when the robot is to be there."""
+
+    x: float
+    y: float
+    eta: str
+
+
+class PlannedPath(Outgoing, frozen=True):
+    """The way that a robot has planned, as a NURBS, and the nodes on it."""
+
+    trajectory: dict[str, Any]
+    traversed_nodes: tuple[str, ...]
+
+
+class IntermediatePath(Outgoing, frozen=True):
+    """The next piece of the way, with times."""
+
+    polyline: tuple[PathPoint, ...]
+
+
 class VehicleState(Outgoing, frozen=True):
     """All that a fleet control is to know of a robot; the header is put before it."""
 
@@ -444,3 +465,5 @@ class VehicleState(Outgoing, frozen=True):
     velocity: AgvVelocity | None = None
     zone_sets: tuple[ZoneSetState, ...] = ()  # of 3.0
     zone_requests: tuple[ZoneRequest, ...] = ()
+    planned_path: PlannedPath | None = None
+    intermediate_path: IntermediatePath | None = None

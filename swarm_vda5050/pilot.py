@@ -7,6 +7,7 @@ import re
 from collections import deque
 from collections.abc import Callable, Container, Sequence
 from datetime import UTC, datetime
+from functools import partial
 from typing import Any
 
 import msgspec
@@ -15,7 +16,7 @@ import shapely
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav2_msgs.action import FollowPath, NavigateThroughPoses, NavigateToPose, Spin
 from nav2_msgs.msg import SpeedLimit
-from nav_msgs.msg import OccupancyGrid
+from nav_msgs.msg import OccupancyGrid, Path
 from rclpy.node import Node
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import BatteryState as BatteryMsg
@@ -51,6 +52,7 @@ from swarm_vda5050.messages import (
     VehicleState,
 )
 from swarm_vda5050.order_check import DrivingArea
+from swarm_vda5050.paths import intermediate_path, planned_path
 from swarm_vda5050.vehicle import DriveLeg, RobotSenses, Vehicle
 from swarm_vda5050.ways import ALONG
 
@@ -64,6 +66,7 @@ ACTIONS: dict[str, Any] = {
     "follow_path": FollowPath,
     "spin": Spin,
 }
+NO_WAY = np.zeros((0, 2))
 STILL = 0.02  # [m/s], [rad/s] below which a robot stands
 WAITING = ("waiting", "holding", "yielding")  # states in which `detail` says for whom
 RETAINED = "the broker kept this message from before; it is not done: send it without `retain`"
@@ -151,6 +154,11 @@ class Pilot:
                 f"/{self.name}/amcl_pose",
                 self._receive_pose,
                 ros_io.LATCHED,
+            )
+        self._ways: dict[str, FloatArray] = {}  # [m] in map, by the topic that tells them
+        for topic in ("plan", "local_plan") if identity.major > 2 else ():
+            node.create_subscription(
+                Path, f"/{self.name}/{topic}", partial(self._receive_way, topic), ros_io.LATEST
             )
         self._steps = None if rejections is None else StepLink(node, self.name, rejections)
         self._messages: deque[BrokerEvent] = deque()  # that the next report finds
@@ -512,6 +520,12 @@ class Pilot:
         covariance = message.pose.covariance
         self._deviation = math.sqrt(max(covariance[0], covariance[7], 0.0))
 
+    def _receive_way(self, topic: str, message: Path) -> None:
+        places = [(each.pose.position.x, each.pose.position.y) for each in message.poses]
+        points = np.array(places).reshape(-1, 2)
+        if np.isfinite(points).all():
+            self._ways[topic] = points
+
     @property
     def is_driving(self) -> bool:
         """Whether the robot moves."""
@@ -547,7 +561,12 @@ class Pilot:
             self._send_message("state", state)
         if now - self._visual_at >= VISUAL_PERIOD:
             self._visual_at = now
-            visual = {"agvPosition": state.agv_position, "velocity": state.velocity}
+            visual = {
+                "agvPosition": state.agv_position,
+                "velocity": state.velocity,
+                "plannedPath": state.planned_path,
+                "intermediatePath": state.intermediate_path,
+            }
             self._send_message("visualization", visual)
 
     def _send_message(self, topic: str, content: Any) -> None:
@@ -583,10 +602,20 @@ class Pilot:
                 e_stop=vehicle.simulated.emergency_stop,
                 field_violation=status.detail.endswith(OBSTACLE),
             ),
+            planned_path=planned_path(
+                self._way("plan"), [node for node, _ in self._goal if self._turn is None]
+            ),
+            intermediate_path=intermediate_path(
+                self._way("local_plan"), self._spec.max_vel_x, vehicle.senses.utc
+            ),
             zone_sets=vehicle.zones.states,
             zone_requests=vehicle.zones.requests,
             maps=(MapState(map_id=self._ground.map_id, map_version="1", map_status="ENABLED"),),
         )
+
+    def _way(self, topic: str) -> FloatArray:
+        """Return the latest way (n, 2) [m] in map of a topic; none of a robot without a goal."""
+        return self._ways.get(topic, NO_WAY) if self._task is not None else NO_WAY
 
     def _position(self, pose_map: Pose) -> AgvPosition:
         deviation, is_lost = self._deviation, self.vehicle.simulated.is_lost
@@ -623,6 +652,8 @@ def _essence(state: VehicleState) -> VehicleState:
         state,
         agv_position=None,
         velocity=None,
+        planned_path=None,
+        intermediate_path=None,
         distance_since_last_node=None,
         battery_state=charge,
         information=information,

@@ -115,7 +115,6 @@ class Vehicle:
         Args:
             offered: Actions of the version, by actionType.
             radius: [m] of the robot's body.
-            version: Of the standard.
             turn_rate: [rad/s] that it turns at most.
         """
         self.zones = ZoneKeeper(ground.map_id, radius)
@@ -283,11 +282,7 @@ class Vehicle:
         return math.atan2(dy, dx)
 
     def turn_at(self, end: tuple[str, int]) -> float:
-        """Return how far [rad] to turn at a node before the robot has its heading; 0 if it has.
-
-        Args:
-            end: Key of the node.
-        """
+        """Return how far [rad] to turn at a node before the robot has its heading; 0 if it has."""
         found = [node.node_position for node in self._nodes if node.key == end]
         if not found or found[0] is None or found[0].theta is None or self.senses is None:
             return 0.0
