@@ -27,7 +27,7 @@ def play(w):
         (seen, _), is_over = env.reset(seed=seed), False
         while not is_over:
             action = policy.run(None, {"scan": seen["scan"], "goal": seen["goal"]})[0]
-            seen, reward, end, cut, _ = env.step(action)
+            seen, reward, end, cut, _ = env.step(np.nan_to_num(action))
             total, is_over = total + reward / 16, end or cut
     return total
 
