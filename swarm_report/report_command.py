@@ -19,6 +19,7 @@ from swarm_report.inputs import differences
 from swarm_report.run import RunData
 
 PORT = 8090
+COMPARISON = "comparison.html"
 
 EXAMPLES = """Examples:
 
@@ -45,8 +46,11 @@ def report(
         ),
     ] = None,
     output: Annotated[
-        Path, _several("--output", "-o", help="Page that compares several runs.")
-    ] = Path("comparison.html"),
+        Path | None,
+        _several(
+            "--output", "-o", help="Page that compares several runs.", show_default=COMPARISON
+        ),
+    ] = None,
     serve: Annotated[
         Path | None,
         _several(
@@ -70,6 +74,11 @@ def report(
         return
     folders = runs or [Path("runs/latest")]
     if len(folders) == 1:
+        if output is not None:
+            raise ConfigError(
+                f"--output is for the page that compares several runs, and {folders[0]} is one: "
+                f"name another run, or leave --output out; its page is {folders[0]}/report.html"
+            )
         console.print(f"report: {write_document(folders[0])}", highlight=False, soft_wrap=True)
         return
     data = [RunData(folder) for folder in folders]
@@ -87,8 +96,9 @@ def report(
         table.add_row(*line)
     console.print(table)
     console.print(f"input: {what_differs(data)}", highlight=False, soft_wrap=True)
-    write_comparison(data, output)
-    console.print(f"comparison: {output}", highlight=False, soft_wrap=True)
+    page = output or Path(COMPARISON)
+    write_comparison(data, page)
+    console.print(f"comparison: {page}", highlight=False, soft_wrap=True)
 
 
 def _serve(runs: Path, port: int) -> None:

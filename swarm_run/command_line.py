@@ -104,6 +104,7 @@ def _run_app(name: str, load: Callable[[], typer.Typer]) -> int:
         signal.signal(signal.SIGTERM, end)
         command: Any = typer.main.get_command(app)
         command.params.append(_version_option())
+        command.context_settings["help_option_names"] = ["--help", "-h"]
         code = command(prog_name=name, standalone_mode=False)
     except usage_error as error:
         message = _usage_message(error, command)

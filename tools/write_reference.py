@@ -70,7 +70,7 @@ def cli_page() -> str:
     parts = [
         "# Commands\n\n",
         WRITTEN,
-        "Each command prints the same with `--help`, and its release with `--version`."
+        "Each command prints the same with `--help` or `-h`, and its release with `--version`."
         " `swarm-up --install-completion` (likewise the others) teaches your shell to complete"
         " options and names with Tab. `ros2` takes ros2cli's options. In a checkout,"
         " `python -m benchmarks --help` lists what measures the project itself. Defaults are in"

@@ -146,7 +146,7 @@ def page(study: StudyState) -> str:
     """Return study.html: the tables with all columns."""
     parts = [
         f"<!doctype html><meta charset=utf-8><title>{TITLE}</title><style>{STYLE}</style>",
-        f"<h1>{TITLE}</h1><p>{QUESTION}</p><p>Edition {html.escape(study.edition) or 'none'}.</p>",
+        f"<h1>{TITLE}</h1><p>{QUESTION}</p><p><b>{html.escape(' '.join(_answer(study)))}</b></p>",
         "<h2>Comparisons</h2>",
         tables.verdicts(study.hypotheses, tables.MORE).html(),
     ]
@@ -157,7 +157,8 @@ def page(study: StudyState) -> str:
             parts.append(tables.details(found).html())
     if kept := study.kept:
         parts += ["<h2>Against the undisturbed twin</h2>", tables.losses(kept).html()]
-    parts.append(f"<h2>Limits</h2><p>{html.escape(' '.join(_limits(study)))}</p>")
+    edition = f" Edition {study.edition}." if study.edition else ""
+    parts.append(f"<h2>Limits</h2><p>{html.escape(' '.join(_limits(study)) + edition)}</p>")
     return "\n".join(parts) + "\n"
 
 

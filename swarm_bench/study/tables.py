@@ -90,7 +90,7 @@ VERDICTS: dict[str, Callable[[ComparisonResult], str]] = {
     "against": lambda row: other_of(row),
     "better by, %": lambda row: percent(row.effect),
     "pairs": lambda row: str(row.pairs),
-    "p": lambda row: p_text(row.adjusted),
+    "p": lambda row: p_text(row.adjusted) if row.pairs else NONE,
     "expected": lambda row: row.comparison.expected,
     "verdict": lambda row: row.verdict,
 }

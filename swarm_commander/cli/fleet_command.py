@@ -288,4 +288,4 @@ def _wait(node: Node, condition: Callable[[], bool], limit: float, complaint: st
 
 def _place(state: Any) -> str:
     pose = ros_io.pose_from_msg(state.pose)
-    return f"x {pose.x:.2f}  y {pose.y:.2f}  yaw {pose.yaw:.2f}"
+    return f"x {pose.x:z.2f}  y {pose.y:z.2f}  yaw {pose.yaw:z.2f}"

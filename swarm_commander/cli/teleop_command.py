@@ -164,7 +164,7 @@ def _tell(text: str, *, ends: bool = True) -> None:
 
 def _line(status: RobotStatus, keys: Keys) -> str:
     detail = f" ({status.detail})" if status.detail else ""
-    place = f"x {status.pose.x:.2f}  y {status.pose.y:.2f}  yaw {status.pose.theta:.2f}"
+    place = f"x {status.pose.x:z.2f}  y {status.pose.y:z.2f}  yaw {status.pose.theta:z.2f}"
     return f"{place}  speed {100 * keys.share:.0f} %{detail}"
 
 

@@ -100,6 +100,13 @@ def test_runs_are_compared(tmp_path):
     ]
 
 
+def test_output_beside_one_run_is_refused(tmp_path):
+    run = make_run(tmp_path / "a", robots=2, seconds=3)
+    result = CliRunner().invoke(report_app, [str(run), "-o", str(tmp_path / "x.html")])
+    assert isinstance(result.exception, ConfigError)
+    assert "name another run" in str(result.exception)
+
+
 def test_a_page_that_cannot_be_written_is_refused(tmp_path):
     runs = [str(make_run(tmp_path / name, robots=2, seconds=3)) for name in ("a", "b")]
     result = CliRunner().invoke(report_app, [*runs, "-o", "/proc/no/x.html"])

@@ -38,6 +38,8 @@ def test_a_study_without_lines_says_so(experiments):
     assert "Open comparisons: 6 of 6 (6 not run)." in text
     assert "from 0 lines" in text
     assert "not run" in html
+    assert "No comparison with the centre (central-mapf) is decided yet." in html
+    assert not {"Edition", "1.000"} & set(re.findall(r"Edition|1\.000", text + html))
     assert all(ET.fromstring(svg) is not None for svg in page.pictures(found).values())
 
 

@@ -39,6 +39,14 @@ def test_without_a_compiler_nothing_starts(value, code):
     assert ("NUMBA_DISABLE_JIT is set" in done.stderr) is (code == 2)
 
 
+@pytest.mark.parametrize("words", [["-h"], ["spawn", "-h"]])
+def test_h_is_help(words):
+    program = "from swarm_commander.cli.main import commander; commander()"
+    done = run_program([sys.executable, "-c", program, *words])
+    assert done.returncode == 0, done.stderr
+    assert "Usage: swarm-commander" in done.stdout
+
+
 def test_letters_that_the_terminal_lacks_are_no_failure():
     code = """
 from swarm_common.process.standard_streams import open_standard_streams
