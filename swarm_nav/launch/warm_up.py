@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from swarm_common.model.beacon import FOOTPRINT_POINTS, reception_of
+from swarm_common.middleware.radio_check import read_neighbors
+from swarm_common.model.beacon import FOOTPRINT_POINTS, reception_of, serialize_neighbors
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import LidarSpec, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.model.sites import Sites
@@ -23,6 +24,7 @@ from swarm_nav.planning.distance_kernels import Place
 from swarm_nav.reservation import tube_kernels
 from swarm_nav.reservation.tube import Tube
 from swarm_nav.traffic import gate_kernels, traffic_costs
+from swarm_nav.traffic.departure import highest_asking
 from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import parking_path
 from swarm_nav.traffic.right_of_way import GAIN, SLACK, refuge_path, way_of
@@ -125,6 +127,7 @@ def _pass_gate(robot: RobotState) -> None:
     gate.update(robot, has_turn=True, is_driving=True, priority=lambda: 1)
     for cells in (region, region > 0):
         gate_kernels.entry(cells, robot.planner.lattice.frame, robot.tube.points)
+        highest_asking(robot, cells)
     gate._ahead(robot, 1)
     gate._look_at(robot)
     gate._seen_inside(robot)
@@ -153,7 +156,8 @@ def _drive(navigators: list[Navigator]) -> None:
         for index, navigator in enumerate(navigators):
             navigator.on_odom(Odometry(tick, places[index], twists[index]))
             if beacons is not None:
-                navigator.on_reception(reception_of(beacons[1 - index : 2 - index]))
+                data = serialize_neighbors(TICKS, 0, beacons[1 - index : 2 - index])
+                navigator.on_reception(reception_of(read_neighbors(data, index + 1)[1]))
             ranges = np.full(360, 1.0 if tick % 4 else np.inf, np.float32)
             navigator.on_scan(Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, ranges))
             output = navigator.tick(tick)

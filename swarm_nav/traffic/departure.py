@@ -111,7 +111,7 @@ class Departure:
         pose = robot.pose
         left = self._lease.left
         if left is not None and left.is_of(robot) and left.contains(robot):
-            highest = _highest_asking(robot, left.floor)
+            highest = highest_asking(robot, left.floor)
             if highest or left.is_large:
                 if left.room:  # one way out: no other robot gets past it
                     return self._way_out(robot, highest, left.floor, OUT_OF_LANES)
@@ -136,7 +136,7 @@ class Departure:
         forecourt = self._gate.forecourt(lattice, robot.config.holding.request_distance)
         if forecourt is None or not label_of(forecourt, lattice.frame, pose.x, pose.y):
             return None
-        highest = _highest_asking(robot, region, at_gate=True)
+        highest = highest_asking(robot, region, at_gate=True)
         if not highest:
             self._insists = False
             return None
@@ -173,7 +173,7 @@ class Departure:
         return way
 
 
-def _highest_asking(
+def highest_asking(
     robot: RobotView, floor: NDArray[np.int16] | NDArray[np.bool_], *, at_gate: bool = False
 ) -> int:
     """Return the highest priority of robots that ask for a station on a floor, 0 without any.

@@ -5,8 +5,10 @@ import pkgutil
 import random
 import sys
 
+import swarm_common
 import swarm_nav
 from swarm_common.files.map_io import load_map, map_path
+from swarm_common.middleware.radio_check import read_neighbors
 from swarm_common.model.beacon import reception_of, serialize_neighbors
 from swarm_describe.robots.loading import load_robot
 from swarm_describe.worlds.reader import load_world
@@ -16,7 +18,6 @@ from swarm_nav.core.goals import Goal, GoalKind
 from swarm_nav.launch.warm_up import warm_up
 from swarm_sim.maps.spawn import spawn_poses
 from swarm_sim.world.world import World, WorldConfig
-from tests.fakes.neighbors import deserialize_neighbors
 
 WORLD = "slim_blockage"
 MUTE_AFTER = 150  # ticks, then the last robot falls silent
@@ -25,7 +26,12 @@ MUTE_AFTER = 150  # ticks, then the last robot falls silent
 def signatures() -> dict[str, set[str]]:
     """Return the compiled signatures of every kernel."""
     found: dict[str, set[str]] = {}
-    for module in pkgutil.walk_packages(swarm_nav.__path__, "swarm_nav."):
+    modules = [
+        module
+        for package in (swarm_nav, swarm_common)
+        for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
+    ]
+    for module in modules:
         if not module.name.endswith("_kernels"):
             continue
         for name, value in vars(importlib.import_module(module.name)).items():
@@ -47,13 +53,13 @@ def drive(count: int, ticks: int) -> None:
     stations = list(scene.sites.stations.values())
     for tick in range(ticks):
         answers = []
-        for robot, observed in zip(robots, world.observe(), strict=True):
+        for robot_id, (robot, observed) in enumerate(zip(robots, world.observe(), strict=True), 1):
             if robot.services.goal_id is None and tick % 10 == 0:
                 target = chooser.choice(stations[:2])
                 robot.set_goal(Goal(kind=GoalKind.NAVIGATE, goal_id=1, poses_map=(target,)))
-            data = serialize_neighbors(0, 0, observed.neighbors)
+            data = serialize_neighbors(1000, 0, observed.neighbors)
             robot.on_odom(observed.odom)
-            robot.on_reception(reception_of(deserialize_neighbors(data)[2].copy()))
+            robot.on_reception(reception_of(read_neighbors(data, robot_id)[1]))
             if observed.scan is not None:
                 robot.on_scan(observed.scan)
             answers.append(robot.tick(tick))
