@@ -9,12 +9,13 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_type_hints
 
 import typer
 from msgspec import field, inspect
+from typer.models import OptionInfo
 
 from swarm_common.files.zones_io import KEEPOUT_MASK, LANES, SPEED_MASK
 from swarm_common.middleware.addresses import check_address, check_port, own_address
@@ -261,7 +262,7 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
     paused: bool = False  # whether time passes by steps only
 
     def __post_init__(self) -> None:
-        check_fields(self)
+        check_fields(self, names=_flags())
 
     @cached_property
     def loaded_fleet(self) -> Fleet | None:
@@ -490,6 +491,17 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
             raise ConfigError("--record-topics and --record-rate need --record")
         if self.record:
             select(self.record_topics, self.robot_names)
+
+
+@cache
+def _flags() -> Mapping[str, str]:
+    """Return the flag of each field that has one."""
+    hints = get_type_hints(RunSpec, include_extras=True)
+    return {
+        name: f"--{name.replace('_', '-')}"
+        for name, hint in hints.items()
+        if any(isinstance(each, OptionInfo) for each in getattr(hint, "__metadata__", ()))
+    }
 
 
 def parse_speed(text: str | float | None, in_real_time: bool) -> float | None:

@@ -15,7 +15,7 @@ from rich.progress import Progress
 
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.methods import METHODS
-from swarm_bench.runs.scenario import Scenario
+from swarm_bench.runs.scenario import Scenario, check_size
 from swarm_common.files.convert import convert
 from swarm_common.model.breaches import Collision
 from swarm_common.model.central import Coordination
@@ -96,6 +96,8 @@ class Swarm:
             raise UnknownNameError("drive", drive, DRIVES)
         self._brain, self._is_bench = brain, bench
         own = {} if bench or brain in METHODS else {"brain.plugin": brain}
+        if robots is not None:
+            check_size(robots, "robots")
         self._spec = RunSpec(
             swarm_size=robots,
             world=str(world.file if isinstance(world, World) else world),

@@ -11,6 +11,7 @@ import functools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, dataclass_transform
 
 import msgspec
@@ -116,18 +117,22 @@ def shape_of(kind: Any) -> Any:
     return _shape_of_class(kind) if isinstance(kind, type) else inspect.type_info(kind)
 
 
-def check_fields(settings: object, owner: str = "") -> None:
+def check_fields(
+    settings: object, owner: str = "", names: Mapping[str, str] = MappingProxyType({})
+) -> None:
     """Refuse a field beyond its constraints: for `__post_init__` of what programs make, too.
 
     Args:
         owner: What stands before the names of fields in messages, like `planner.`.
+        names: Names of fields in messages that are others than in the class.
 
     Raises:
         ConfigError: For the first such field.
     """
     for field in shape_of(type(settings)).fields:
         try:
-            check(getattr(settings, field.name), field.type, (field.name,))
+            name = names.get(field.name, field.name)
+            check(getattr(settings, field.name), field.type, (name,))
         except Misfit as fault:
             raise fault.error(owner.removesuffix("."), ConfigError) from None
 

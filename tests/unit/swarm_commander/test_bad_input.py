@@ -100,7 +100,10 @@ def test_the_commander_says_how_it_is_written(flags, hint, monkeypatch, capsys):
         (["--speed", "quick"], ["--speed is 'quick'"]),
         (["--viewer", "--headless"], ["--viewer and --headless exclude each other"]),
         (["--rviz", "Srobot9"], ["unknown robot 'Srobot9' in --rviz", "did you mean"]),
-        (["--record", "--record-rate", "0"], ["--record-rate is 0.0; it must be a positive"]),
+        (
+            ["--record", "--record-rate", "0"],
+            ["--record-rate is 0.0; expected a number, more than 0"],
+        ),
         (["--record", "--record-topics", "scam"], ["'scam' matches no topic", "scan"]),
         (["--fleet", "mixed", "--swarm-size", "5"], ["--swarm-size is 5", "30 robots"]),
         (["--fleet", "mixed", "--robot", "turtlebot3_waffle"], ["--robot and --fleet exclude"]),
