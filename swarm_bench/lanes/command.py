@@ -27,7 +27,7 @@ LANES_FILE = "lanes.yaml"
 NO_GAIN = 1
 EXAMPLES = """Example:
 
-swarm-bench lanes --world slim_blockage --mission warehouse_orders --robots 50 --jobs 2
+swarm-bench lanes --world warehouse --mission warehouse_orders --robots 50 --jobs 2
 """
 
 
