@@ -96,6 +96,7 @@ class RunPlan:
         if content is None:
             return {}
         copy = folder / SITES_FILE
+        folder.mkdir(parents=True, exist_ok=True)
         copy.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
         return {self._sites_name: str(copy)}
 

@@ -31,7 +31,7 @@ Modules, lower ones first:
     team           Episodes of all robots, in arrays
     vector         Many worlds at once
     gym            Environments to learn in, with the extra `learn`
-    stable_baselines  Them for stable-baselines3, with the extra `train`
+    stable_baselines_compat  Them for stable-baselines3, with the extra `train`
     shortcuts      One call each: run a scenario, load a robot, start what swarm-up starts
 """
 

@@ -136,12 +136,12 @@ def make_zones(entry: ZonesEntry | None, path: Path, masks: Masks) -> Zones:
 
 
 def copy_masks(path: Path, masks: Masks, folder: Path) -> dict[str, Any] | None:
-    """Copy the masks of a sites file; return its content with the copies, None without masks."""
+    """Copy the masks of a sites file; return its content with the copies, None if it has none."""
     data = read_yaml(path, may_be_empty=True) if path.is_file() else {}
     zones = dict(data.get("zones") or {})
     zones |= {key: mask and str(mask.absolute()) for key, mask in masks.items()}
     entries = {key: zones[key] for key in MASKS if zones.get(key) is not None}
-    if not entries:
+    if not entries and not masks:
         return None
     for key, entry in entries.items():
         file = path.parent / (entry["mask"] if isinstance(entry, dict) else entry)

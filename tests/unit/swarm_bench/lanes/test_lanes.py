@@ -16,6 +16,7 @@ from swarm_bench.runs.episode import RunOptions, check, prepare
 from swarm_bench.runs.harness import run
 from swarm_bench.runs.scenario import Scenario
 from swarm_common.files.map_io import load_map, save_mask
+from swarm_common.files.sites_io import load_sites
 from swarm_common.files.zones_io import LEARNED, load_lanes
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
@@ -136,6 +137,9 @@ def test_a_worlds_own_lanes_are_for_their_missions_only(lanes, tmp_path):
         assert (plan.sites.zones.lanes is not None) is has_lanes
         assert (plan.spec.lanes == "none") is not has_lanes
         assert bool(plan.remarks) is has_lanes  # the copy is without the map
+        copies = plan.with_copies(tmp_path / f"copies of {mission is None} {has_lanes}")
+        copied = load_sites(Path(copies.sites_file))
+        assert (copied.zones.lanes is not None) is has_lanes, "what processes read"
         if mission is not None:
             options = RunOptions(scenario=scenario(), robots=2)
             own = dataclasses.replace(options.scenario, world=str(file), mission=mission)
