@@ -126,7 +126,7 @@ def check_size(size: int, what: str) -> int:
     Raises:
         ConfigError: If it is out of bounds.
     """
-    if not 1 <= size <= MOST_ROBOTS:
+    if not (isinstance(size, int) and 1 <= size <= MOST_ROBOTS):
         raise ConfigError(f"{what} is {size}; expected a swarm size from 1 to {MOST_ROBOTS}")
     return size
 

@@ -165,7 +165,7 @@ def test_after_the_block_only_results_are_there():
         ({"drive": "wings"}, "unknown drive 'wings'"),
         ({"parameters": {"traffic.no_such": 1}}, "no_such"),
         ({"viewer": True}, "leave out bench=True"),
-        ({"robots": 0}, "0; expected an integer"),
+        ({"robots": 0}, "robots is 0; expected a swarm size"),
     ],
 )
 def test_options_that_make_no_sense_are_refused(options, message):
@@ -197,7 +197,7 @@ def test_worlds_that_come_along_have_a_map_and_stations():
 
 def test_arguments_of_the_wrong_sort_are_refused_in_words():
     for robots in ("two", [2], 2.5, 0):
-        with pytest.raises(SwarmError, match="expected an integer"):
+        with pytest.raises(SwarmError, match="robots is .*expected a swarm size"):
             Swarm(robots=robots, world="doorway", bench=True).start()
         with pytest.raises(SwarmError, match="robots"):
             run_scenario("doorway", robots=robots)
