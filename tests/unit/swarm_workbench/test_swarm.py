@@ -197,7 +197,7 @@ def test_worlds_that_come_along_have_a_map_and_stations():
 
 def test_arguments_of_the_wrong_sort_are_refused_in_words():
     for robots in ("two", [2], 2.5, 0):
-        with pytest.raises(SwarmError, match="robots is .*expected a swarm size"):
+        with pytest.raises(SwarmError, match=r"robots is .*expected a swarm size"):
             Swarm(robots=robots, world="doorway", bench=True).start()
         with pytest.raises(SwarmError, match="robots"):
             run_scenario("doorway", robots=robots)
