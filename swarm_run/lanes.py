@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from swarm_common.files.map_io import map_of_world
-from swarm_common.model.zones import Zones
+from swarm_common.model.zones import Lanes, Zones
 from swarm_mission.mission import Mission
 
 WORLD, MISSIONS, ROBOTS = "world", "missions", "robots"  # keys of `Lanes.learned`
@@ -23,36 +23,57 @@ def made_for(world: Path, missions: Iterable[Mission], robots: int) -> dict[str,
     }
 
 
-def lanes_for(
-    zones: Zones, world: Path, mission: Mission | None, *, is_given: bool
-) -> tuple[Zones, list[str]]:
-    """Return the zones of a run, and a sentence on what changed since its lanes were learned.
+def lanes_for(zones: Zones, mission: Mission | None, *, is_given: bool) -> Zones:
+    """Return the zones of a run, without lanes that are for other missions.
 
-    A world's own lanes are for the missions that they were learned for; in others they may cost
-    time, and are left out.
+    In missions that a world's own lanes were not learned for, they may cost time.
 
     Args:
         mission: None where robots get their goals from somebody else.
         is_given: Whether the user gave the lanes for this run, which keeps them whatever it does.
     """
+    if is_given or zones.lanes is None or _are_for(zones.lanes, mission):
+        return zones
+    return replace(zones, lanes=None)
+
+
+def lanes_remarks(
+    zones: Zones, world: Path, mission: Mission | None, *, is_given: bool
+) -> list[str]:
+    """Return a sentence on what changed since lanes were learned, if anything.
+
+    Args:
+        zones: Those of the world, or with the lanes that were given.
+        mission: As for `lanes_for`, like the next.
+    """
     if zones.lanes is None:
-        return zones, []
+        return []
     learned, remarks = zones.lanes.learned, []
     new_ones = "swarm-bench lanes makes new ones"
-    if MISSIONS in learned and (mission is None or _mark(mission) not in learned[MISSIONS]):
-        names = [each.partition(" ")[0] for each in learned[MISSIONS].split(", ")]
-        has_changed = mission is not None and mission.name in names
+    is_fit = _are_for(zones.lanes, mission)
+    if mission is not None and not is_fit:
+        names = [mark.partition(" ")[0] for mark in _marks(zones.lanes)]
+        has_changed = mission.name in names
         what = "before it changed" if has_changed else f"for mission {', '.join(names)}"
-        if mission is not None and (has_changed or is_given):
+        if has_changed or is_given:
             remarks.append(
                 f"mission {mission.name}: the world's lanes were learned {what};"
                 f" {'they may cost time here' if is_given else 'robots drive without'}: {new_ones}"
             )
-        if not is_given:
-            return replace(zones, lanes=None), remarks
-    if WORLD in learned and learned[WORLD] != _digest_of(world):
+    is_used = is_given or is_fit
+    if is_used and WORLD in learned and learned[WORLD] != _digest_of(world):
         remarks.append(f"the world has changed since its lanes were learned; {new_ones}")
-    return zones, remarks
+    return remarks
+
+
+def _are_for(lanes: Lanes, mission: Mission | None) -> bool:
+    """Whether lanes are for a mission; those that nobody learned are for any."""
+    marks = _marks(lanes)
+    return not marks or (mission is not None and _mark(mission) in marks)
+
+
+def _marks(lanes: Lanes) -> list[str]:
+    return lanes.learned[MISSIONS].split(", ") if MISSIONS in lanes.learned else []
 
 
 def _mark(mission: Mission) -> str:

@@ -35,7 +35,7 @@ from swarm_mission.orders.demand import measured_demand
 from swarm_mission.orders.dispatch import CLAIM, DISPATCHER, load_dispatcher
 from swarm_mission.orders.order import OrderPlan
 from swarm_mission.orders.order_file import times_files
-from swarm_run.lanes import lanes_for
+from swarm_run.lanes import lanes_for, lanes_remarks
 from swarm_run.params import (
     Overrides,
     default_world_parameters,
@@ -496,7 +496,9 @@ def check_plan(spec: RunSpec) -> RunPlan:
     is_told = mission is not None or all(member.mission for member in fleet.members)
     for start in dict.fromkeys(m.start for m in fleet.members if isinstance(m.start, str)):
         sites.spawn_named(start)
-    zones, found = lanes_for(sites.zones, world, mission, is_given=bool(spec.lanes))
+    is_given = bool(spec.lanes)
+    found = lanes_remarks(sites.zones, world, mission, is_given=is_given)
+    zones = lanes_for(sites.zones, mission, is_given=is_given)
     if zones is not sites.zones:
         spec = msgspec.structs.replace(spec, lanes=NO_LANES)
         sites = replace(sites, zones=zones)

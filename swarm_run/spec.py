@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
 import typer
-from msgspec import field, inspect
+from msgspec import field
 from typer.models import OptionInfo
 
 from swarm_common.files.zones_io import KEEPOUT_MASK, LANES, SPEED_MASK
@@ -398,10 +398,6 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
         check_combination(self.role, self.robots, self.connect, self.bind)
         check_port(self.port)
         add_package_paths([Path(folder) for folder in self.package_path])
-        for name, least in LEAST.items():
-            if (value := getattr(self, name)) is not None and value < least:
-                flag = name.replace("_", "-")
-                raise ConfigError(f"--{flag} is {value}; it must be {least} or more")
         if self.size > SIZE_LIMIT and not self.over_limit:
             raise ConfigError(
                 f"--swarm-size is {self.size}; more than {SIZE_LIMIT} robots need --over-limit"
@@ -416,8 +412,6 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
         if self.bind and self.coordination.has_centre:
             raise ConfigError("--coordination is for robots of one host: leave out --role")
         check_engine(DRIVES.get(self.drive or ""), f"--drive {self.drive}")
-        if self.duration is not None and not (self.duration > 0 and math.isfinite(self.duration)):
-            raise ConfigError(f"--duration is {self.duration}; it must be a positive time in s")
         self._check_mission()
         self._check_recording()
         self._check_external()
@@ -484,10 +478,7 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
             )
 
     def _check_recording(self) -> None:
-        rate = self.record_rate
-        if rate is not None and not (rate > 0 and math.isfinite(rate)):
-            raise ConfigError(f"--record-rate is {rate}; it must be a positive number per second")
-        if (rate is not None or self.record_topics) and not self.record:
+        if (self.record_rate is not None or self.record_topics) and not self.record:
             raise ConfigError("--record-topics and --record-rate need --record")
         if self.record:
             select(self.record_topics, self.robot_names)
@@ -525,16 +516,3 @@ def parse_speed(text: str | float | None, in_real_time: bool) -> float | None:
     if not (speed > 0 and math.isfinite(speed)):
         raise ConfigError(f"--speed is '{text}'; expected 'max' or a positive number like 2.5")
     return speed
-
-
-def _least(kind: inspect.Type) -> int | None:
-    """Return the lowest value that a kind of number may have."""
-    kinds = kind.types if isinstance(kind, inspect.UnionType) else (kind,)
-    return next((each.ge for each in kinds if isinstance(each, inspect.IntType)), None)
-
-
-LEAST = {
-    each.name: least
-    for each in inspect.type_info(RunSpec).fields  # type: ignore[attr-defined]
-    if (least := _least(each.type)) is not None
-}

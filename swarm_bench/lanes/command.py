@@ -91,7 +91,7 @@ def lanes(
         number = len(training.rounds)
         what = "without lanes" if number == 1 else f"round {number - 1}"
         gain = 100.0 * (tried.gain_on(training.rounds[0]) - 1.0)
-        console.print(f"{what}: {gain:+.1f} % on {len(tried.throughput)} runs")
+        console.print(f"{what}: {gain:+.1f} % on {sum(map(len, tried.throughput.values()))} runs")
 
     with executor(jobs) as chosen, tempfile.TemporaryDirectory() as folder:
         training = Training(options, chosen, Path(folder))
@@ -104,15 +104,14 @@ def lanes(
         save_mask(found, trial, **{LEARNED: learned})
         gain = training.compare(trial, others)
         console.print(_table(gain).rich())
-        names = [each.scenario.mission for each in options]
-        for name in names:
+        for name in gain.without:
             console.print(escape(_verdict(name, gain)))
         console.print(f"{gain.contacts} contacts with lanes")
-        found_gains = [gain.of(name).mean for name in names]
-        if not any(mean.low > 0.0 for mean in found_gains):
+        means = [gain.of(name).mean for name in gain.without]
+        if not any(mean.low > 0.0 for mean in means):
             console.print("the lanes gain nothing for certain; nothing is written")
             raise typer.Exit(NO_GAIN)
-        if any(mean.high < 0.0 for mean in found_gains):
+        if any(mean.high < 0.0 for mean in means):
             console.print("the lanes cost one of the missions for certain; nothing is written")
             raise typer.Exit(NO_GAIN)
         save_mask(found, path, **{LEARNED: learned})
@@ -121,15 +120,15 @@ def lanes(
 
 def _table(gain: Gain) -> BenchTable:
     rows = [
-        (Path(mission).stem, str(seed), f"{value:.0f}", f"{gain.with_lanes[mission, seed]:.0f}")
-        for (mission, seed), value in gain.without.items()
+        (Path(mission).stem, str(seed), f"{value:.0f}", f"{gain.with_lanes[mission][seed]:.0f}")
+        for mission, of_seeds in gain.without.items()
+        for seed, value in of_seeds.items()
     ]
     return BenchTable(("mission", "seed", "without lanes [1/h]", "with lanes [1/h]"), rows)
 
 
 def _verdict(mission: str, gain: Gain) -> str:
-    without = [value for (name, _), value in gain.without.items() if name == mission]
-    found = gain.of(mission)
+    without, found = gain.without[mission].values(), gain.of(mission)
     scale = 100.0 * len(without) / max(1e-9, sum(without))
     ends = f"[{scale * found.mean.low:+.1f}, {scale * found.mean.high:+.1f}]"
     return (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -21,9 +21,7 @@ from swarm_common.model.records import CONTROL_PERIOD, FloatArray
 from swarm_run.spec import NO_LANES
 
 WEIGHT = 0.9  # extra cost per metre of a place where robots lose the free driving time once
-
-
-Run = tuple[str, int]  # mission and seed
+Throughput = dict[str, dict[int, float]]  # [1/h] by mission and seed
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,22 +30,19 @@ class Candidate:
 
     Attributes:
         costs: (h, w) extra cost per metre.
-        throughput: [1/h] with them, by training run.
+        throughput: With them.
     """
 
     costs: FloatArray
-    throughput: dict[Run, float]
+    throughput: Throughput
 
     def gain_on(self, first: Candidate) -> float:
         """Return the throughput as a share of another's, the mean over missions."""
-        shares: dict[str, list[float]] = {}
-        for each in (self, first):
-            sums: dict[str, float] = {}
-            for (mission, _), value in each.throughput.items():
-                sums[mission] = sums.get(mission, 0.0) + value
-            for mission, total in sums.items():
-                shares.setdefault(mission, []).append(total)
-        return float(np.mean([mine / max(1e-9, theirs) for mine, theirs in shares.values()]))
+        shares = [
+            sum(mine.values()) / max(1e-9, sum(first.throughput[mission].values()))
+            for mission, mine in self.throughput.items()
+        ]
+        return float(np.mean(shares))
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,22 +50,18 @@ class Gain:
     """Gain of lanes on held-out seeds.
 
     Attributes:
-        without: [1/h] without lanes, by run.
-        with_lanes: [1/h] with them.
+        without: Throughput without lanes.
+        with_lanes: Throughput with them.
         contacts: Contacts with them.
     """
 
-    without: dict[Run, float]
-    with_lanes: dict[Run, float]
+    without: Throughput
+    with_lanes: Throughput
     contacts: int
 
     def of(self, mission: str) -> Paired:
-        """Return throughput with lanes less that without, of one mission."""
-        first, second = (
-            {seed: value for (name, seed), value in each.items() if name == mission}
-            for each in (self.with_lanes, self.without)
-        )
-        return paired(first, second)
+        """Return throughput [1/h] with lanes less that without, of one mission."""
+        return paired(self.with_lanes[mission], self.without[mission])
 
 
 class _Counter:
@@ -158,11 +149,10 @@ class Training:
         costs = np.zeros(self.setup.grid.cells.shape)
         for number in range(rounds + 1):
             runs = self._run(self._write(costs, number), seeds)
-            self.rounds.append(Candidate(costs, {key: runs[key].throughput for key in runs}))
+            self.rounds.append(Candidate(costs, _throughput(runs)))
             tell(self.rounds[-1])
             of_missions = [
-                lost_time([runs[key] for key in runs if key[0] == name], speed, resolution)
-                for name in dict.fromkeys(name for name, _ in runs)
+                lost_time(list(of_seeds.values()), speed, resolution) for of_seeds in runs.values()
             ]
             lost = WEIGHT * np.mean(of_missions, axis=0)
             costs = lost if number == 0 else 0.5 * (costs + lost)
@@ -172,11 +162,8 @@ class Training:
     def compare(self, lanes: Path, seeds: Sequence[int]) -> Gain:
         """Return what lanes gain on seeds that they were not made on."""
         without, runs = self._run(NO_LANES, seeds), self._run(str(lanes), seeds)
-        contacts = sum(run.contacts for run in runs.values())
-        first, second = (
-            {key: run.throughput for key, run in each.items()} for each in (without, runs)
-        )
-        return Gain(first, second, contacts)
+        contacts = sum(run.contacts for of_seeds in runs.values() for run in of_seeds.values())
+        return Gain(_throughput(without), _throughput(runs), contacts)
 
     def _write(self, costs: FloatArray, number: int) -> str:
         if not costs.any():
@@ -185,20 +172,31 @@ class Training:
         save_mask(lanes_of(costs, self.setup.grid), path)
         return str(path)
 
-    def _run(self, lanes: str, seeds: Sequence[int]) -> dict[Run, Traffic]:
-        items = {
-            (options.scenario.mission, seed): replace(_with_lanes(options, lanes), seed=seed)
+    def _run(self, lanes: str, seeds: Sequence[int]) -> dict[str, dict[int, Traffic]]:
+        """Return the traffic of all runs by mission and seed."""
+        items = [
+            replace(_with_lanes(options, lanes), seed=seed)
             for options in self._options
             for seed in seeds
+        ]
+        found: dict[str, dict[int, Traffic]] = {
+            options.scenario.mission: {} for options in self._options
         }
-        keys, found = list(items), dict[Run, Traffic]()
-        with contextlib.closing(self._executor.run(watch, list(items.values()), None)) as ended:
+        with contextlib.closing(self._executor.run(watch, items, None)) as ended:
             for done in ended:
-                key = keys[done.index]
+                item = items[done.index]
+                mission = item.scenario.mission
                 if done.error:
-                    raise ConfigError(f"mission {key[0]}, seed {key[1]}: {done.error}")
-                found[key] = done.value
-        return {key: found[key] for key in keys}
+                    raise ConfigError(f"mission {mission}, seed {item.seed}: {done.error}")
+                found[mission][item.seed] = done.value
+        return {mission: dict(sorted(of_seeds.items())) for mission, of_seeds in found.items()}
+
+
+def _throughput(runs: Mapping[str, Mapping[int, Traffic]]) -> Throughput:
+    return {
+        mission: {seed: run.throughput for seed, run in of_seeds.items()}
+        for mission, of_seeds in runs.items()
+    }
 
 
 def _with_lanes(options: RunOptions, lanes: str) -> RunOptions:

@@ -41,7 +41,7 @@ from swarm_mission.orders.radio import OrderRadio
 from swarm_nav.core.config import NavConfig, config_from_parameters
 from swarm_nav.core.plugins import BRAIN, check_plugins, own_plugins
 from swarm_nav.traffic.conditions import Conditions, conditions
-from swarm_run.lanes import lanes_for
+from swarm_run.lanes import lanes_for, lanes_remarks
 from swarm_run.loop import Driver
 from swarm_run.params import Overrides, WorldParams, load_overrides
 from swarm_run.spec import NO_LANES
@@ -101,7 +101,9 @@ def check(options: RunOptions) -> list[str]:
     setup, mission = prepare(options)
     specs, sites = setup.specs, setup.scene.sites
     plan = mission.orders if mission is not None else None
-    remarks = _lanes(options.scenario, mission)[1]
+    lanes = options.scenario.lanes
+    zones = _scene(options.scenario.world, lanes).sites.zones
+    remarks = lanes_remarks(zones, setup.scene.file, mission, is_given=bool(lanes))
     if plan is None:
         routes = [_route(mission, setup, options, index) for index in range(len(specs))]
         named = zip(setup.names, specs, strict=True), zip(setup.names, routes, strict=True)
@@ -300,21 +302,15 @@ def prepare(options: RunOptions) -> tuple[WorldSetup, Mission | None]:
     starts = _starts(scenario.world, specs, mission.spawn if mission else "", dead)
     reach = reach_of(specs)
     height = min(spec.lidar.z for spec in specs)
-    lanes = _lanes(scenario, mission)[0]
-    scene = _scene(scenario.world, lanes)
+    lanes = scenario.lanes
+    if lanes_for(scene.sites.zones, mission, is_given=bool(lanes)) is not scene.sites.zones:
+        lanes = NO_LANES
+        scene = _scene(scenario.world, lanes)
     grid = _grid(scenario.world, lanes, height, reach, starts)
     if scenario.actors:
         actors = _actors(scenario.world, scenario.actors)
         scene = dataclasses.replace(scene, walkers=actors.walkers, vehicles=actors.vehicles)
     return setup_of(options, scene, starts, grid, range(alive, count)), mission
-
-
-def _lanes(scenario: Scenario, mission: Mission | None) -> tuple[str, list[str]]:
-    """Return the lanes of a run as a scenario names them, and what changed since they were made."""
-    scene = _scene(scenario.world, scenario.lanes)
-    is_given = bool(scenario.lanes)
-    zones, remarks = lanes_for(scene.sites.zones, scene.file, mission, is_given=is_given)
-    return scenario.lanes if zones is scene.sites.zones else NO_LANES, remarks
 
 
 def setup_of(

@@ -61,8 +61,6 @@ def robots_plan(spec: RunSpec, stated: Mapping[str, Any], secret: str) -> Robots
         if name not in OWN | STATED:
             flag = name.replace("_", "-")
             raise ConfigError(f"--{flag} belongs to the world's host: give it with --role world")
-    if spec.pack < 1:
-        raise ConfigError(f"--pack is {spec.pack}; it must be 1 or more")
     check_environment(os.environ)
     if not secret:
         raise ConfigError(

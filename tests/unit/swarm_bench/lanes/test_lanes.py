@@ -20,9 +20,10 @@ from swarm_common.files.sites_io import load_sites
 from swarm_common.files.zones_io import LEARNED, load_lanes
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
+from swarm_common.model.zones import Zones
 from swarm_describe.worlds.world_file import find_world
 from swarm_mission.mission import load_mission
-from swarm_run.lanes import made_for
+from swarm_run.lanes import lanes_for, made_for
 from swarm_run.plan import check_plan
 from swarm_run.spec import RunSpec
 
@@ -150,6 +151,26 @@ def test_a_worlds_own_lanes_are_for_their_missions_only(lanes, tmp_path):
     (remark,) = check_plan(msgspec.structs.replace(plain, mission=str(work))).remarks
     assert remark.startswith("mission work: the world's lanes were learned before it changed;")
     assert "robots drive without" in remark
+
+
+def test_a_run_elsewhere_reads_no_file_to_know_whether_lanes_are_for_it(lanes, monkeypatch):
+    def refuse(world):
+        raise FileNotFoundError(world)
+
+    monkeypatch.setattr("swarm_run.lanes._digest_of", refuse)
+    setup, _ = prepare(RunOptions(scenario=scenario(lanes=str(lanes)), robots=2))
+    assert setup.scene.sites.zones.lanes is not None
+
+
+@pytest.mark.parametrize("name", ["one_station", "station"])
+def test_lanes_are_for_a_mission_by_its_whole_name(lanes, name):
+    mission = load_mission("one_station")
+    found = load_lanes(lanes)
+    mark = made_for(lanes, [mission], 2)["missions"]
+    found.learned["missions"] = f"{name.removesuffix('station')}{mark}, x{mark}"
+    zones = Zones(lanes=found)
+    is_for_it = lanes_for(zones, mission, is_given=False).lanes is not None
+    assert is_for_it is (name == "station")
 
 
 def test_the_command_compares_on_seeds_that_it_did_not_learn_from(tmp_path, capfd, monkeypatch):
