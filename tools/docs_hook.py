@@ -1,4 +1,4 @@
-"""Hook of mkdocs.yml: the documents at the root become pages, and links to them lead there."""
+"""Hook of mkdocs.yml: documents outside of docs/ become pages, and links to them lead there."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
-AT_ROOT = ("ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md")
-LINK = re.compile(rf"\]\(((?:\.\./)+)({'|'.join(map(re.escape, AT_ROOT))})")
+OUTSIDE = ("ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md", "study/protocol.md")
+LINK = re.compile(rf"\]\(((?:\.\./)+)({'|'.join(map(re.escape, OUTSIDE))})")
 
 
 def on_files(files: Any, config: Any) -> Any:
-    """Add the documents at the root as pages of the site's root."""
+    """Add the documents outside of docs/ as pages, where they lie seen from the root."""
     from mkdocs.structure.files import File
 
-    for name in AT_ROOT:
+    for name in OUTSIDE:
         text = (ROOT / name).read_text("utf-8").replace("](docs/", "](")
         files.append(File.generated(config, name, content=text))
     return files
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
-    """Shorten links that leave docs/ for a document at the root: in the site it is inside."""
+    """Shorten links that leave docs/ for such a document: in the site it is inside."""
     climb = "../" * (page.file.src_uri.count("/") + 1)
 
     def inside(match: re.Match[str]) -> str:
