@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from swarm_common.model.records import FloatArray
-from swarm_report.measures import HOLDING, LOST, LOST_WORDS, LostTime, lost_time, station_use
+from swarm_report.measures import HOLDING, LOST_WORDS, LostTime, lost_spans, lost_time, station_use
 from swarm_report.run import RunData, Span
 from swarm_report.tables import percent
 
@@ -133,10 +133,10 @@ def _lost_seconds(run: RunData) -> tuple[dict[str, list[Span]], FloatArray]:
     names = list(places)
     spots = np.array([[places[name].x, places[name].y] for name in names]).reshape(-1, 2)
     stray = []
-    for span in run.spans:
+    for span in lost_spans(run):
         if span.state == HOLDING:
             by_station[span.station].append(span)
-        elif span.state in LOST and series is not None:
+        elif series is not None:
             sample = min(int(np.searchsorted(series.times, span.start)), len(series.times) - 1)
             here = series.poses[sample, span.robot, :2]
             if not np.isfinite(here).all():

@@ -27,8 +27,8 @@ FACTOR = 2.0  # from which a change is told as a factor
 BARS = {  # of the report -> what the panel is called
     "makespan": "makespan [s]",
     "throughput_per_minute": "goals per minute",
-    "hold_time": "holding, all robots [s]",
-    "wait_time": "waiting, all robots [s]",
+    "lost.seconds": "lost, all robots [s]",
+    "longest_stop.duration": "longest stop of a robot [s]",
     "real_time_factor": "real-time factor",
     "min_clearance": "smallest clearance [m]",
 }
@@ -93,8 +93,8 @@ FIGURES = (
     Merit("median time of a goal", ("goal_duration", "median"), "s"),
     Merit("longest time of a goal", ("goal_duration", "worst"), "s"),
     Merit("longest / median", ("fairness",)),
-    Merit("time spent holding", ("hold_time",), "s"),
-    Merit("time spent waiting", ("wait_time",), "s"),
+    Merit("time lost", ("lost", "seconds"), "s"),
+    Merit("longest stop of a robot", ("longest_stop", "duration"), "s"),
     Merit("pushes", ("pushes",), better=0),
     Merit("replans", ("replans",), better=0),
     Merit("recoveries", ("recoveries",)),
@@ -335,8 +335,7 @@ def _merits(runs: Sequence[RunData]) -> Chart:
 
 
 def _merit(run: RunData, key: str) -> float | None:
-    value: float | None = run.report.get(key)
-    return makespan(run.report) if key == "makespan" else value
+    return Merit(key, tuple(key.split("."))).read(run)
 
 
 DRAWINGS: dict[str, Drawing[Sequence[RunData]]] = {

@@ -15,9 +15,9 @@ from swarm_common.model.errors import ConfigError
 from swarm_common.model.run_words import OPEN, makespan, robots_text
 from swarm_report import blockers, charts, style, tables
 from swarm_report.bottleneck import lost_words
-from swarm_report.headline import headline
+from swarm_report.headline import headline, stops
 from swarm_report.judgement import breach_lines, judge
-from swarm_report.measures import IDLE, LOST, state_shares
+from swarm_report.measures import IDLE, LOST, lost_spans, mission_spans, shares_of
 from swarm_report.orders import order_sections
 from swarm_report.page import (
     Plot,
@@ -192,7 +192,7 @@ def _document(run: RunData, plots: list[Plot]) -> str:
     if lines:
         body += ["<h2>Breaches</h2>", table_html(["what"], [[line] for line in lines])]
     if report.get("robots"):
-        body += ["<h2>Robots</h2>", _robots(report["robots"], report.get("broken") or ())]
+        body += ["<h2>Robots</h2>", _robots(run, report.get("broken") or ())]
     if report:
         body.append(
             f"<footer>trajectory_sha256 {report.get('trajectory_sha256') or 'unknown'};"
@@ -203,7 +203,7 @@ def _document(run: RunData, plots: list[Plot]) -> str:
 
 def shares(run: RunData) -> dict[str, str]:
     """Return what the robots did with their time; the shares add up to all of it."""
-    known = state_shares(run)
+    known = shares_of(mission_spans(run))
     if not known:
         return {}
     lost = sum(known.get(state, 0.0) for state in LOST)
@@ -238,8 +238,6 @@ def merits(report: Mapping[str, Any]) -> dict[str, str]:
         "goals per minute": number(report.get("throughput_per_minute")),
         "median time of a goal": number(duration.get("median"), "s"),
         "longest time of a goal": number(duration.get("worst"), "s"),
-        "time spent holding": number(report.get("hold_time"), "s"),
-        "time spent waiting": number(report.get("wait_time"), "s"),
         "real-time factor": number(report.get("real_time_factor")),
         "CPU per robot and second": number(cpu.get("total"), "ms"),
     }
@@ -267,12 +265,13 @@ def number(value: float | None, unit: str = "") -> str:
     return f"{text} {unit}".strip()
 
 
+LOST_TIME, LONGEST = "lost", "longest_stop"  # out of the time series, as in the headline
 # Of a robot: key -> heading and decimals
 COLUMNS = {
     "goals_reached": ("reached", 0),
     "goals_failed": ("missed", 0),
-    "hold_time": ("holding [s]", 1),
-    "wait_time": ("waiting [s]", 1),
+    LOST_TIME: ("lost [s]", 1),
+    LONGEST: ("longest stop [s]", 1),
     "worst_goal_duration": ("longest goal [s]", 1),
     "pushes": ("pushes", 0),
     "replans": ("replans", 0),
@@ -284,9 +283,18 @@ COLUMNS = {
 }
 
 
-def _robots(robots: Mapping[str, Mapping[str, Any]], broken: Collection[str]) -> str:
+def _robots(run: RunData, broken: Collection[str]) -> str:
+    lost: dict[str, dict[str, float]] = {}
+    for index in {span.robot for span in run.spans}:
+        lost[run.robots[index]] = {LOST_TIME: 0.0, LONGEST: 0.0}
+    for span in lost_spans(run):
+        lost[run.robots[span.robot]][LOST_TIME] += span.length
+    for stop in stops(run):
+        longest = lost[run.robots[stop.robot]]
+        longest[LONGEST] = max(longest[LONGEST], stop.length)
     rows = []
-    for name, values in robots.items():
+    for name, measured in run.report["robots"].items():
+        values = {**measured, **lost.get(name, {})}
         row = [f"{name} (broken)" if name in broken else name]
         for key, (_, digits) in COLUMNS.items():
             value = values.get(key)

@@ -1,4 +1,4 @@
-"""The headline: how long the run took, would have taken, and who waited longest for whom.
+"""The headline: how long the run took, would have taken, and who stopped longest for whom.
 
 Also all fields of report.json that are worked out from a run's time series.
 
@@ -14,7 +14,7 @@ from typing import Any
 from swarm_common.model.run_words import makespan
 from swarm_report.bottleneck import find_bottleneck, worst_places
 from swarm_report.ideal import ideal_times
-from swarm_report.measures import LOST, lost_time, state_shares, station_use, throughput
+from swarm_report.measures import lost_spans, lost_time, state_shares, station_use, throughput
 from swarm_report.run import RunData
 
 JOIN = 0.5  # [s] of driving between two stops that are one
@@ -47,16 +47,14 @@ class HeadlinePart:
 
 def longest_stop(run: RunData) -> LongStop | None:
     """Return the longest stop of any robot; None if no robot stopped."""
-    return max(_stops(run), key=lambda stop: stop.length, default=None)
+    return max(stops(run), key=lambda stop: stop.length, default=None)
 
 
-def _stops(run: RunData) -> list[LongStop]:
+def stops(run: RunData) -> list[LongStop]:
     """Return all stops; the parts of one may be in several states."""
     found: list[LongStop] = []
     seconds: dict[str, float] = defaultdict(float)
-    for span in run.spans:
-        if span.state not in LOST:
-            continue
+    for span in lost_spans(run):
         joins = found and found[-1].robot == span.robot and span.start <= found[-1].end + JOIN
         if not joins:
             seconds = defaultdict(float)
@@ -87,7 +85,7 @@ def headline(run: RunData) -> list[HeadlinePart]:
     if stop is not None and stop.length >= LEAST:
         name = run.robots[stop.robot]
         whom = f", for {stop.blocker}" if stop.blocker else ""
-        text = f"{name} waited longest, {stop.length:.0f} s{whom}"
+        text = f"{name} stopped longest, {stop.length:.0f} s{whom}"
         parts += [HeadlinePart("; "), HeadlinePart(text, stop.start, name)]
     return [*parts, HeadlinePart(".")]
 
@@ -100,8 +98,8 @@ def headline_text(run: RunData) -> str:
 def waits_between(run: RunData) -> dict[tuple[str, str], float]:
     """Return the seconds [s] that each robot (first) lost to each other one (second)."""
     sums: dict[tuple[str, str], float] = defaultdict(float)
-    for span in run.spans:
-        if span.state in LOST and span.blocker:
+    for span in lost_spans(run):
+        if span.blocker:
             sums[run.robots[span.robot], span.blocker] += span.length
     return dict(sorted(sums.items(), key=lambda item: -item[1]))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -135,10 +135,14 @@ def shares_over_time(run: RunData) -> SharesOverTime | None:
 
 def state_shares(run: RunData) -> dict[str, float]:
     """Return the share of the robots' time in each state; empty if it is not known."""
+    return shares_of(run.spans)
+
+
+def shares_of(spans: Iterable[Span]) -> dict[str, float]:
+    """Return the share of all spans' time in each state; empty without spans."""
     sums: dict[str, float] = defaultdict(float)
-    for one in state_times(run):
-        for state, seconds in one.items():
-            sums[state] += seconds
+    for span in spans:
+        sums[span.state] += span.length
     total = sum(sums.values())
     return {state: seconds / total for state, seconds in sums.items()} if total else {}
 
@@ -153,10 +157,20 @@ class LostTime:
 
 def lost_time(run: RunData) -> LostTime | None:
     """Return the time that was lost; None if the states are not known."""
+    total = sum(span.length for span in mission_spans(run))
+    if not total:
+        return None
+    lost = sum(span.length for span in lost_spans(run))
+    return LostTime(lost, lost / total)
+
+
+def lost_spans(run: RunData) -> list[Span]:
+    """Return the spans in which robots did not get on, in order of robots and time."""
+    return [span for span in mission_spans(run) if span.state in LOST]
+
+
+def mission_spans(run: RunData) -> list[Span]:
+    """Return the spans without what came after the mission, in order of robots and time."""
     is_done = run.goals and run.report.get("goals", {}).get("pending") == 0
     end = run.goals[-1].time if is_done else run.end
-    known = [(span.state, max(0.0, min(span.end, end) - span.start)) for span in run.spans]
-    if not (total := sum(length for _, length in known)):
-        return None
-    lost = sum(length for state, length in known if state in LOST)
-    return LostTime(lost, lost / total)
+    return [replace(span, end=min(span.end, end)) for span in run.spans if span.start < end]

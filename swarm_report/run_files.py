@@ -41,6 +41,18 @@ class ZoneCounts(TypedDict):
     speed_violation_time: Number
 
 
+class LostEntry(TypedDict):
+    """Time that robots lost."""
+
+    seconds: Number
+
+
+class StopEntry(TypedDict):
+    """The longest stop of a robot."""
+
+    duration: Number  # [s]
+
+
 class Report(TypedDict):
     """Part of report.json that is read; it has more (docs/report.md)."""
 
@@ -59,8 +71,8 @@ class Report(TypedDict):
     zones: NotRequired[ZoneCounts]
     makespan: NotRequired[Number | None]
     throughput_per_minute: NotRequired[Number | None]
-    hold_time: NotRequired[Number | None]
-    wait_time: NotRequired[Number | None]
+    lost: NotRequired[LostEntry | None]
+    longest_stop: NotRequired[StopEntry | None]
     goal_duration: NotRequired[Duration | None]
     trajectory_sha256: NotRequired[str | None]
     breaches: NotRequired[Breaches]

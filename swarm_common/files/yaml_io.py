@@ -5,9 +5,10 @@ from __future__ import annotations
 import contextlib
 import itertools
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from operator import methodcaller
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import yaml
 
@@ -156,18 +157,19 @@ def _is_shallow(text: str) -> bool:
     return len(text) < SHORT and openings < FEW
 
 
-def _parse(text: str, as_written: Sequence[str]) -> Any:
+def _read(text: str, as_written: Sequence[str], ask: Callable[[Any], Any]) -> Any:
+    """Return what `ask` gets of the loader that reads a text: the same loader for all."""
     if _is_shallow(text):
         with contextlib.suppress(yaml.YAMLError):  # the other one says better where it is
-            return _load(text, FastLoader, as_written)
-    return _load(text, NamedKeyLoader, as_written)
+            return _load(text, FastLoader, as_written, ask)
+    return _load(text, NamedKeyLoader, as_written, ask)
 
 
-def _load(text: str, kind: type[Any], as_written: Sequence[str]) -> Any:
+def _load(text: str, kind: type[Any], as_written: Sequence[str], ask: Callable[[Any], Any]) -> Any:
     loader = kind(text)
     loader.as_written = as_written
     try:
-        return loader.get_single_data()
+        return ask(loader)
     finally:
         loader.dispose()
 
@@ -225,7 +227,7 @@ def parse_yaml(
         SwarmError: `error`, naming document and line, if it cannot be parsed.
     """
     try:
-        data = _parse(text, as_written)
+        data = _read(text, as_written, methodcaller("get_single_data"))
     except yaml.MarkedYAMLError as cause:
         mark = cause.problem_mark
         place = f"{where}, line {mark.line + 1}" if mark else str(where)
@@ -244,4 +246,4 @@ def parse_yaml(
 
 def yaml_nodes(text: str) -> yaml.Node | None:
     """Return a document that `parse_yaml` has read, as nodes with their lines."""
-    return yaml.compose(text, NamedKeyLoader)
+    return cast("yaml.Node | None", _read(text, (), methodcaller("get_single_node")))

@@ -89,8 +89,8 @@ def compose_status(parts: Parts, *, battery: float = math.nan, reach: float = ma
     name, detail, waits = state.value, "", s.awaited
     if not parts.is_active:
         name = "inactive"
-    elif parts.senses.missing:
-        name, detail = "waiting", parts.senses.missing
+    elif parts.senses.missing:  # without a goal it is not on its way, and waits for nobody
+        name, detail = "waiting" if goals.has_goal else name, parts.senses.missing
     elif state is State.IDLE and goals.is_pausing:
         name = CHARGING if goals.is_on_trip else State.BEHAVING.value
     elif state is State.IDLE:

@@ -216,8 +216,7 @@ def summary_table(report: Mapping[str, Any], code: int) -> Table:
         "goals per minute": _with_unit(report["throughput_per_minute"], ""),
         "median, longest time of a goal": f"{_with_unit(duration['median'], 's')}, "
         f"{_with_unit(duration['worst'], 's')}",
-        "time spent holding, waiting": f"{report['hold_time']} s, {report['wait_time']} s",
-        "longest wait of a robot": _with_unit(report["worst_wait"], "s"),
+        "time lost, longest stop of a robot": _stops_text(report),
         "pushes, retreats, deadlocks resolved": (
             f"{report['pushes']}, {report['retreats']}, {report['deadlocks_resolved']}"
         ),
@@ -265,6 +264,14 @@ def _battery_rows(robots: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
         "lowest battery, charges": f"{least:.0%}, {charges}",
         **({"empty batteries": ", ".join(empty)} if empty else {}),
     }
+
+
+def _stops_text(report: Mapping[str, Any]) -> str:
+    """Return the time that robots lost, and the longest stop, as the headline has them."""
+    lost, stop = report.get("lost"), report.get("longest_stop")
+    if lost is None:
+        return "unknown"
+    return f"{lost['seconds']:.1f} s, {stop['duration'] if stop else 0.0:.1f} s"
 
 
 def _with_unit(value: float | None, unit: str) -> str:

@@ -47,7 +47,8 @@ def test_results_have_differences_from_the_first_run(tmp_path):
     [
         ("throughput_per_minute", 3.0, 4.0, "better"),
         ("throughput_per_minute", 4.0, 3.0, "worse"),
-        ("wait_time", 3.0, 4.0, "worse"),
+        ("lost", {"seconds": 3.0}, {"seconds": 4.0}, "worse"),
+        ("longest_stop", {"duration": 4.0}, {"duration": 3.0}, "better"),
         ("replans", 3, 4, None),  # neither good nor bad
     ],
 )

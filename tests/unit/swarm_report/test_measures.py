@@ -1,6 +1,7 @@
 """Figures out of a run's time series, and the words about where it lost time."""
 
 import json
+import re
 from typing import cast
 
 import numpy as np
@@ -163,7 +164,7 @@ def test_the_headline_names_the_longest_stop_and_its_reason_across_states(story)
     story.waited(0, 30, 7.0, [20.0, 20.0], "Srobot3")
     story.waited(0, 37, 3.0, [20.0, 20.0], "Srobot4")
     parts = {part.text: part.time for part in headline(story.run())}
-    assert parts["Srobot1 waited longest, 10 s, for Srobot3"] == 30.0
+    assert parts["Srobot1 stopped longest, 10 s, for Srobot3"] == 30.0
     assert waits_between(RunData(story.folder)) == {
         ("Srobot1", "Srobot3"): 7.0, ("Srobot2", "Srobot3"): 5.0, ("Srobot1", "Srobot4"): 3.0,
     }  # fmt: skip
@@ -171,6 +172,26 @@ def test_the_headline_names_the_longest_stop_and_its_reason_across_states(story)
     assert 'data-moment="30.0"' in text
     assert "--start 25" in text
     assert 'id="blockers"' in text
+
+
+def test_headline_and_table_have_their_stops_from_one_computation(story):
+    """A headline said "waited 29 s", its table 0.0 s: that one was of the navigators' counters."""
+    story.waited(0, 30, 7.0, [20.0, 20.0], "Srobot3")
+    story.state(0, 37.0, "yielding")
+    story.state(0, 40.0, "idle")
+    story.waited(1, 20, 5.0, [20.0, 20.0])
+    run = story.run()
+    assert "Srobot1 stopped longest, 10 s" in headline_text(run)
+    robots = {name: {"wait_time": 0.0, "hold_time": 0.0} for name in run.robots}
+    goals = dict.fromkeys(("reached", "sent", "failed", "pending"), 0)
+    counted = {"goals": goals, "cpu_ms_per_robot_second": {}, "robots": robots, "swarm_size": 4,
+               "collisions": {"robot_robot": 0, "robot_world": 0}}  # fmt: skip
+    text = document_html(RunData(story.folder, cast(Report, counted)))
+    row = r"<td>(Srobot\d)</td><td>–</td><td>–</td><td>(.*?)</td><td>(.*?)</td>"
+    assert re.findall(row, text) == [
+        ("Srobot1", "10.0", "10.0"), ("Srobot2", "5.0", "5.0"),
+        ("Srobot3", "0.0", "0.0"), ("Srobot4", "0.0", "0.0"),
+    ]  # fmt: skip
 
 
 def test_a_place_without_a_station_can_be_the_bottleneck(story):

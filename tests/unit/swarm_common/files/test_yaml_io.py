@@ -6,7 +6,7 @@ import threading
 import pytest
 
 from swarm_common.files import yaml_io
-from swarm_common.files.yaml_io import read_yaml
+from swarm_common.files.yaml_io import parse_yaml, read_yaml, yaml_nodes
 from swarm_common.model.errors import ConfigError
 
 LAUGHS = "a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]\n" + "".join(
@@ -68,3 +68,10 @@ def test_what_no_parameter_can_be_is_one_line_that_says_where(tmp_path, content,
     with pytest.raises(ConfigError, match=message) as caught:
         read_yaml(path)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["wiat:\t1\n", "a:\n  wiat:\t{b: 1}\n", "wi\tat: 1\n"])
+def test_what_was_read_has_nodes_with_lines(text):
+    """Two readers of YAML take tabs differently: the one that had not read it raised raw errors."""
+    assert isinstance(parse_yaml(text, "f"), dict)
+    assert yaml_nodes(text).start_mark.line == 0

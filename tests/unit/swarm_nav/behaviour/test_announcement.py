@@ -31,6 +31,7 @@ from swarm_common.model.sites import Sites
 from swarm_nav.behaviour.announcement import compose_beacon, compose_status
 from swarm_nav.behaviour.behaviors import Behavior
 from swarm_nav.behaviour.goal_manager import GoalManager
+from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.behaviour.parts import Parts
 from swarm_nav.behaviour.rules import Leave, WaitForTurn
 from swarm_nav.behaviour.state_machine import StateMachine
@@ -195,6 +196,18 @@ def test_the_status_says_what_the_robot_waits_for():
     waits = "parked, waits for room on the single lanes at loader_1"
     assert status(s, State.HOLDING, place=0, is_full=True).detail == waits
     assert status(s, State.DRIVING, is_active=False).state == "inactive"
+
+
+@pytest.mark.parametrize("is_asked", [False, True])
+def test_only_a_robot_with_a_goal_waits(is_asked):
+    """Robots without a goal that could not drive were shown as waiting, for nobody."""
+    s = driving()
+    parts = parts_of(s, State.DRIVING if is_asked else State.IDLE, Lease())
+    if is_asked:
+        parts.goal_manager.task = GoalProgress(Goal(kind=GoalKind.NAVIGATE, poses_map=(s.pose,)), s)
+    assert not parts.senses.update(is_lost=True)
+    shown = compose_status(parts)
+    assert (shown.state, shown.detail) == ("waiting" if is_asked else "idle", "stands: lost")
 
 
 def test_a_robot_calls_others_by_the_names_of_the_run():

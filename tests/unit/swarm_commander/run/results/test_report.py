@@ -272,8 +272,10 @@ def test_terminal_and_page_say_the_same_of_robots_and_makespan():
     open_one = status("Srobot1", goal_map=(1.0, 2.0), goals_reached=1, sim_time=9.0)
     report = report_of(statistics_of(newcomer, open_one, has_mission=False))
     console = Console(width=100, file=io.StringIO())
-    console.print(summary_table(report, 0))
+    series = {"lost": {"seconds": 15.04, "share": 0.1}, "longest_stop": {"duration": 10.0}}
+    console.print(summary_table(report | series, 0))
     text = console.file.getvalue()
+    assert "time lost, longest stop of a robot   │ 15.0 s, 10.0 s" in text
     assert "2 robots and 1 that came in" in text
     assert "makespan                             │ goals are open" in text
     assert merits(report)["makespan"] == "goals are open"
