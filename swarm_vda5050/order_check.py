@@ -14,7 +14,7 @@ from swarm_common.model.grid import Grid
 from swarm_vda5050.actions import OFFERED, ActionOffer, ActionScope, check_action
 from swarm_vda5050.faults import OrderFault, OrderRejectedError
 from swarm_vda5050.messages import DriveOrder, Edge, Node, OrderAction
-from swarm_vda5050.ways import FARTHEST, heading_problem, line_of, problem_of
+from swarm_vda5050.ways import FARTHEST, LONGEST, heading_problem, line_of, problem_of
 
 STOP_RADIUS = 0.35  # [m] around a node at which the robot stops: the goal checker's, and its play
 MOST_NODES = 1000  # of one message
@@ -137,11 +137,14 @@ def _check_edge(edge: Edge, start: Node, end: Node, turn_rate: float) -> None:
         widths = corridor.left_width, corridor.right_width
         if not all(0.0 <= width <= FARTHEST for width in widths):
             raise _invalid(f"the corridor's widths are {widths}", edgeId=edge.edge_id)
+    a, b = start.node_position, end.node_position
+    assert a is not None
+    assert b is not None
+    if not (length := math.hypot(b.x - a.x, b.y - a.y)) <= LONGEST:
+        raise _invalid(f"{length:g} m of way; at most {LONGEST:g} m are taken", edgeId=edge.edge_id)
     if edge.trajectory is not None:
         _check_trajectory(edge, start, end)
-    assert start.node_position is not None
-    assert end.node_position is not None
-    line = line_of(edge, start.node_position, end.node_position)
+    line = line_of(edge, a, b)
     if problem := heading_problem(edge, line):
         _refuse(edge, "orientation", problem)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from swarm_nav.control.omni import OmniController
 from swarm_nav.core.config import ControllerConfig, NavConfig, TrafficConfig
 from swarm_nav.core.goals import Goal, GoalKind
 from swarm_nav.core.localisation_config import AMCL, LocalisationConfig
+from swarm_nav.core.rank import passed_on
 from swarm_nav.perception.absence import JUDGED_EVERY
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.obstacle_kernels import Beam
@@ -63,6 +65,7 @@ def warm_up() -> None:
     for index, navigator in enumerate(navigators):
         navigator.set_goal(Goal(kind=GoalKind.NAVIGATE, poses_map=(poses[1 - index],)))
     _drive(navigators)
+    _drive_long(grid, spec)
     config = NavConfig(localisation=LocalisationConfig(type=AMCL))
     _localise(Navigator(config, spec, grid, sites, 3, poses[0]))
     robot = navigators[0]._s
@@ -75,6 +78,7 @@ def warm_up() -> None:
     way = np.zeros((2, 2), np.float32)
     path_cost_kernels.clears(np.zeros((3, 2)), way, robot.radius, SLACK, GAIN)
     robot.neighbors.queue(np.ones((1, 2)), 1, 1.0)
+    _be_pushed(navigators)
     _pass_gate(robot)
     _pass_door(robot)
     _drive_sideways()
@@ -118,7 +122,36 @@ def _drive_sideways() -> None:
     tube = Tube(start, 1, 0.35, 0.35)
     tube.adopt(np.array([(0.0, 0.05 * k) for k in range(8)]))
     tube.stop = 4
+    tube.track(start)
     controller.follow(tube, start, controller.course(Twist()))
+
+
+def _drive_long(grid: Grid, spec: RobotSpec) -> None:
+    """Let a long robot drive through a passage that is too narrow for its circle."""
+    cells = grid.cells.copy()
+    cells[:33, 32:52] = cells[47:, 32:52] = OCCUPIED
+    footprint = ((-0.4, -0.2), (0.4, -0.2), (0.4, 0.2), (-0.4, 0.2))
+    start = Pose(1.0, 2.0, 0.0)
+    narrow = Grid(cells, grid.resolution, 0.0, 0.0)
+    robot = Navigator(NavConfig(), replace(spec, footprint=footprint), narrow, Sites(), 1, start)
+    robot.set_goal(Goal(kind=GoalKind.NAVIGATE, poses_map=(Pose(3.2, 2.0, 0.0),)))
+    _drive([robot])
+
+
+def _be_pushed(navigators: list[Navigator]) -> None:
+    """Let a robot hear of another one that it blocks, and make way for it by the shortest path."""
+    beacon = navigators[1].tick(TICKS).beacon
+    beacon["blocked_by"], beacon["blocked_ticks"] = 1, 1000
+    robot = navigators[0]._s
+    neighbors = robot.neighbors
+    neighbors.receive(np.array([beacon]), 1.0, 2.0)
+    neighbors.refresh(TICKS)
+    neighbors.heard(TICKS + 1)
+    neighbors.highest_pusher(0, 1)
+    passed_on(1)
+    planner = robot.planner
+    everywhere = np.ones(planner.lattice.base.shape, np.uint8)
+    planner.nearest((1.0, 2.0), planner.no_extra(), everywhere, math.inf, smooth=False)
 
 
 def _pass_gate(robot: RobotState) -> None:
@@ -156,7 +189,7 @@ def _drive(navigators: list[Navigator]) -> None:
         for index, navigator in enumerate(navigators):
             navigator.on_odom(Odometry(tick, places[index], twists[index]))
             if beacons is not None:
-                data = serialize_neighbors(TICKS, 0, beacons[1 - index : 2 - index])
+                data = serialize_neighbors(TICKS, 0, np.delete(beacons, index))
                 navigator.on_reception(reception_of(read_neighbors(data, index + 1)[1]))
             ranges = np.full(360, 1.0 if tick % 4 else np.inf, np.float32)
             navigator.on_scan(Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, ranges))

@@ -46,6 +46,7 @@ def test_a_good_order_passes_and_one_with_too_many_nodes_does_not():
         lambda o: o["nodes"][0].update(released=False),
         lambda o: o["edges"][0].update(released=False),
         lambda o: o["edges"][0].update(maxSpeed=0.0),
+        lambda o: o["nodes"][1]["nodePosition"].update(x=-1e308),
         lambda o: o["edges"][0].update(corridor={"leftWidth": 1e308, "rightWidth": 1.0}),
         lambda o: o["edges"][0].update(trajectory=nurbs((0.0, 0.0), (1.0, 1.0))),
         lambda o: o["edges"][0].update(trajectory=nurbs((0.0, 0.0), (2.0, 0.0), degree=2)),
