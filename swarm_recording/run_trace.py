@@ -24,8 +24,13 @@ TOPICS = {topic.name: topic for topic in WORLD_TOPICS}  # of the world, by name
 class RunTrace:
     """One of the files; a full disk ends it with a word in the log, not the run."""
 
-    def __init__(self, trace: Path) -> None:
-        """Begin the next file that is free in a trace's folder."""
+    def __init__(self, trace: Path, world: str = "") -> None:
+        """Begin the next file that is free in a trace's folder.
+
+        Args:
+            world: Name or path of the run's world, kept in the file; empty if it is not known.
+        """
+        about = {"world": world} if world else {}
         self._tape: Tape | None = None
         folder = trace / FOLDER
         try:
@@ -34,7 +39,7 @@ class RunTrace:
                 path for n in range(1000) if not (path := folder / f"run_{n}.mcap").exists()
             )
             path.touch()
-            self._tape = Tape(path, {}, compression=CompressionType.ZSTD, has_metadata=False)
+            self._tape = Tape(path, about, compression=CompressionType.ZSTD, has_metadata=False)
         except OSError as error:
             self._give_up(error)
 

@@ -39,9 +39,15 @@ on our rules for longer, in these halls. The radio of orders is never split. A r
 where runs are stopped. The scale of a relative effect counts as known. Times of decisions are those
 of one machine with other work on it; [performance](performance.md) has memory."""
 STYLE = (
+    ":root{color-scheme:light dark}"
     "body{font:15px/1.45 sans-serif;margin:2em auto;max-width:1200px;padding:0 1em}"
-    "table{border-collapse:collapse}td,th{padding:2px 10px;border-bottom:1px solid #ccc;"
-    "text-align:left}th{position:sticky;top:0;background:#f4f5f7}"
+    "table{border-collapse:collapse}td,th{padding:2px 10px;border-bottom:1px solid #8886;"
+    "text-align:left}th{position:sticky;top:0;background:light-dark(#f4f5f7,#1f2429)}"
+    "@media(max-width:900px){table{display:block;overflow-x:auto}}"
+)
+HEAD = (
+    '<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content="width='
+    f'device-width"><title>{TITLE}</title><style>{STYLE}</style>'
 )
 MOST_NAMED = 3  # cells in a sentence
 
@@ -145,7 +151,7 @@ def markdown(study: StudyState, stem: str, command: str) -> str:
 def page(study: StudyState) -> str:
     """Return study.html: the tables with all columns."""
     parts = [
-        f"<!doctype html><meta charset=utf-8><title>{TITLE}</title><style>{STYLE}</style>",
+        HEAD,
         f"<h1>{TITLE}</h1><p>{QUESTION}</p><p><b>{html.escape(' '.join(_answer(study)))}</b></p>",
         "<h2>Comparisons</h2>",
         tables.verdicts(study.hypotheses, tables.MORE).html(),

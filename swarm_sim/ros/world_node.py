@@ -110,7 +110,7 @@ class WorldNode:
         self._replay: RunTrace | None = None
         if settings.trace_dir is not None:
             self._trace = begin_trace(Path(settings.trace_dir), world, setup.grid)
-            self._replay = RunTrace(Path(settings.trace_dir))
+            self._replay = RunTrace(Path(settings.trace_dir), settings.world)
         self._node = _create_node()
         self._faults = FaultLog("message")
         self._rejections = Rejections(events, self._node.get_logger().warning)

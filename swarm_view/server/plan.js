@@ -208,9 +208,9 @@ plan.draw = () => {
 };
 // Coordinates in map [m] below the hall and left of it, or at the rim of what is seen of it.
 plan.drawAxes = (context, ink) => {
-  const { x, y, width, height } = plan.still, [left, top, wide, high] = plan.rect, [, free] = plan.free();
+  const { x, y, width, height } = plan.still, [, top, , high] = plan.rect, [, free] = plan.free();
   const step = plan.STEPS.find((one) => one * plan.scale >= plan.APART) ?? plan.STEPS.at(-1);
-  const [begin, end] = plan.pixel(x, y), low = Math.min(end, top + high - 18, free - 18), rim = Math.max(begin, left + 34);
+  const [, end] = plan.pixel(x, y), low = Math.min(end, top + high - 18, free - 18), rim = plan.rim();
   const marks = (from, length) =>
     Array.from({ length: Math.floor((from + length) / step) - Math.ceil(from / step) + 1 }, (_, n) => (Math.ceil(from / step) + n) * step);
   context.font = "11px system-ui, sans-serif";
@@ -241,6 +241,8 @@ plan.drawStations = (context) => {
     context.strokeRect(right - size, down - size, 2 * size, 2 * size);
   }
 };
+// [px] of the line at whose left the numbers stand
+plan.rim = () => Math.max(plan.pixel(plan.still.x, plan.still.y)[0], plan.rect[0] + 34);
 plan.stationSize = () => Math.max(5, 0.3 * plan.scale);
 // A name lies above its station, or below or beside it where robots are; numbers stand for the robots.
 plan.nameStations = (context, spots, ink, taken) => {
@@ -250,7 +252,7 @@ plan.nameStations = (context, spots, ink, taken) => {
     const [right, down] = plan.pixel(x, y), queue = plan.told.queues.find(([station]) => station === name);
     const robots = queue && (plan.told.names ? queue[1] : queue[1].replace(/[A-Za-z_]+(?=\d)/g, ""));
     const text = robots ? `${name} ← ${robots}` : name, half = context.measureText(text).width / 2 + 3;
-    const fit = (middle) => Math.max(left + half, Math.min(left + wide - half, middle));
+    const fit = (middle) => Math.max(plan.rim() + half, Math.min(left + wide - half, middle));
     const places = [
       [fit(right), down - size - 6], [fit(right), down + size + 15],
       [fit(right + size + half + 3), down + 4], [fit(right - size - half - 3), down + 4],

@@ -13,6 +13,7 @@ from typing import Any
 
 import viser
 
+from swarm_common.files.map_io import WORLD_FILE
 from swarm_common.middleware.addresses import own_addresses
 from swarm_view.scene.viser_compat import admitting, request_of
 from swarm_view.server.http_gate import KEY_HEADER, HttpGate, query_of
@@ -103,7 +104,9 @@ class Server:
 
 def title_of(world: str, run: Path) -> str:
     """Return hall and run in words; `world` is a name or path, empty if it is not known."""
-    return " · ".join(filter(None, (Path(world).stem, run.resolve().name)))
+    place = Path(world)
+    hall = place.parent.name if place.name == WORLD_FILE else place.stem
+    return " · ".join(filter(None, (hall, run.resolve().name)))
 
 
 def names_of(host: str) -> set[str]:

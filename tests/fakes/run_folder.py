@@ -78,6 +78,7 @@ def _report(names: list[str], seconds: int, crash: bool) -> dict[str, object]:
         "min_clearance": 0.12,
         "makespan": float(seconds),
         "throughput_per_minute": 3.0,
+        "trajectory_sha256": "0123456789abcdef" * 4,
         "cpu_ms_per_robot_second": {"world": 5.0, "navigators": 9.0, "total": 14.0},
         "breaches": {
             "collisions": crashes if crash else [],

@@ -15,7 +15,7 @@ TF, DESCRIPTION = TOPICS["/sim/tf"], robot_topic("Srobot1", "robot_description")
 
 def test_the_files_of_several_processes_are_one_bag(tmp_path):
     (tmp_path / "trace").mkdir()
-    world, mission = RunTrace(tmp_path / "trace"), RunTrace(tmp_path / "trace")
+    world, mission = RunTrace(tmp_path / "trace", "hall_12"), RunTrace(tmp_path / "trace")
     writer = TransformsWriter("map", ["Srobot1/base_footprint"])
     for tick in range(100):
         world.write(TF, tick, writer.encode(tick, np.zeros((1, 3))))
@@ -26,7 +26,7 @@ def test_the_files_of_several_processes_are_one_bag(tmp_path):
     bag = Bag(tmp_path, told.append)
     assert told == []
     assert bag.counts == {"/sim/tf": 100, "/Srobot1/robot_description": 1}
-    assert (bag.start, bag.end) == (0.0, pytest.approx(9.9))
+    assert (bag.start, bag.end, bag.about["world"]) == (0.0, pytest.approx(9.9), "hall_12")
     bag.close()
 
 

@@ -159,4 +159,5 @@ def test_connections_without_a_request_end_with_the_server():
 
 def test_the_panel_names_hall_and_run():
     assert title_of("worlds/warehouse", Path("runs/first")) == "warehouse · first"
+    assert title_of("/a/worlds/hall_12/world.sdf", Path("runs/first")) == "hall_12 · first"
     assert title_of("", Path("first.mcap")) == "first.mcap"
