@@ -182,7 +182,9 @@ def _stem(path: Path) -> str:
 
     In Fuel's cache that folder is a version, and the one above it has the name.
     """
-    stem = path.name.split(".")[0] or path.name
+    stem = path.name
+    while (rest := Path(stem)).suffix in ENDINGS:
+        stem = rest.stem
     folder = path.absolute().parent
     named = folder.parent if folder.name.isdigit() else folder
     return named.name if stem == "model" else stem

@@ -7,6 +7,7 @@ import pytest
 from swarm_common.files.resources import share_directory
 from swarm_common.model.errors import RobotModelError, SwarmError, UnknownNameError
 from swarm_describe.robots.loading import load_robot
+from swarm_describe.robots.source import find_robot
 
 WAFFLE = (share_directory() / "robots/turtlebot3_waffle/robot.yaml").read_text()
 
@@ -49,3 +50,14 @@ def test_bad_files_are_refused(tmp_path, old, new, message):
         load_robot(path)
     assert message in str(caught.value)
     assert isinstance(caught.value, RobotModelError | UnknownNameError)
+
+
+@pytest.mark.parametrize(
+    ("file", "name"),
+    [("agv_1.5.urdf", "agv_1.5"), ("agv.urdf.xacro", "agv"), ("a.b.gazebo.xacro", "a.b.gazebo")],
+)
+def test_a_dot_in_a_name_is_no_ending(tmp_path, file, name):
+    (tmp_path / file).write_text("<robot name='agv'/>")
+    (tmp_path / f"{name}.robot.yaml").write_text("max_vel_x: 0.5\n")
+    found = find_robot(tmp_path / file)
+    assert (found.name, found.data) == (name, {"max_vel_x": 0.5})
