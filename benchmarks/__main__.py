@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 def load() -> typer.Typer:
     """Return the command with all of its parts."""
     import benchmarks.decisions  # each adds its command
+    import benchmarks.peers.command
     import benchmarks.results_page
     import benchmarks.scale.command
     import benchmarks.storm.command  # noqa: F401
