@@ -28,12 +28,16 @@ FEWEST = 8  # of them that are left before more are asked for
 NEAR = (1, 3, 5)  # of the way on which a path that serves it must lie
 SERVES = 0.02  # [m] of these from a path that serves
 LEAST = 1e-3  # [m/s] of a wish to drive
+SHORT = 4  # points of a way up to a wall, beyond which it is left as it is
+BENDS = tuple(0.05 * k * sign for k in range(1, 9) for sign in (1, -1))  # [rad] between two points
 STANDING = 0.02  # [m/s]
 TURN = 0.4  # [rad] between two points of a way
 
 
 class SteeredNavigator:
     """Drives `wish` as the stop filter admits, on a path that it asks for where that leads.
+
+    A wish about to end at a wall is bent to the nearest arc that passes it, or gets furthest.
 
     It is the pilot of a navigator (`swarm_nav.traffic.arbiter.TwistPilot`).
 
@@ -56,6 +60,8 @@ class SteeredNavigator:
         controller = dataclasses.replace(config.controller, corner_angle=math.pi)  # stops at none
         config = dataclasses.replace(config, traffic=traffic, controller=controller)
         self.wish = Twist()
+        self._most_turn = spec.max_vel_theta
+        self._bend = 0.0  # [rad] between two points of the way, beside that of the wish
         self.navigator = Navigator(
             config, spec, grid, sites, robot_id, initial_pose_map, pilot=self
         )
@@ -86,16 +92,43 @@ class SteeredNavigator:
     def steer(self, robot: RobotView, stands: bool) -> Twist:
         """Return the wish; where the robot must stand, its turn."""
         if not stands:
-            return self.wish
+            return self._bent()
         return Twist(wz=self.wish.wz if robot.speed < STANDING else 0.0)
+
+    def _bent(self) -> Twist:
+        wish, speed = self.wish, self._speed()
+        if not self._bend or speed < LEAST:
+            return wish
+        turn = self._turn(speed) + self._bend
+        share = min(1.0, self._most_turn * SPACING / (abs(turn) * speed)) if turn else 1.0
+        return Twist(wish.vx * share, wish.vy * share, turn * share * speed / SPACING)
+
+    def _speed(self) -> float:
+        return math.hypot(self.wish.vx, self.wish.vy)
+
+    def _turn(self, speed: float) -> float:
+        return max(-TURN, min(TURN, self.wish.wz * SPACING / speed))
 
     def _way(self, robot: RobotView) -> FloatArray:
         """Return the points (n, 2) [m] in map to which the wish leads, up to a wall."""
-        wish, pose = self.wish, robot.pose
-        speed = math.hypot(wish.vx, wish.vy)
+        self._bend = 0.0
+        speed = self._speed()
         if speed < LEAST:
             return np.zeros((0, 2))
-        turn = max(-TURN, min(TURN, wish.wz * SPACING / speed))
+        turn = self._turn(speed)
+        way = self._arc(robot, turn)
+        if len(way) > SHORT:
+            return way
+        for bend in BENDS:
+            arc = self._arc(robot, turn + bend)
+            if len(arc) > len(way):
+                self._bend, way = bend, arc
+            if len(way) > FEWEST:
+                break
+        return way
+
+    def _arc(self, robot: RobotView, turn: float) -> FloatArray:
+        wish, pose = self.wish, robot.pose
         courses = pose.yaw + math.atan2(wish.vy, wish.vx) + turn * (np.arange(REACH) + 0.5)
         steps = SPACING * np.column_stack((np.cos(courses), np.sin(courses)))
         way = np.vstack(((pose.x, pose.y), steps)).cumsum(axis=0)
