@@ -19,7 +19,7 @@ NEIGHBOUR = 6  # there (0 or 1), x, y [m], yaw [rad] in base_footprint, vx [m/s]
 RADIO_RANGE = 8.0  # [m] up to which a neighbour's beacon counts
 PIXELS, PIXEL = 32, 0.5  # of an image of the neighbours: number along an edge, and [m] of each
 FLAT = "observation"  # the input of a policy that takes all in one row
-Part = Literal["scan", "goal", "way", "twist", "neighbours"]
+Part = Literal["scan", "goal", "way", "twist", "neighbours", "precedence"]
 PARTS: tuple[Part, ...] = get_args(Part)
 Rows = NDArray[np.float32]
 Observation = dict[str, Rows]
@@ -38,6 +38,7 @@ class PolicyConfig(Schema):
     | `twist` | (3,) | vx, wz, vy [shares of the most] |
     | `neighbours` | (k, 6), the nearest first | 1, x, y, yaw in base_footprint, vx, wz [shares of 8 m, pi and the most], or zeros |
     | the same as an image | (3, 32, 32), ahead is up | 1, and its vx, vy in base_footprint, on pixels of 0.5 m |
+    | `precedence` | (k,), the nearest first | 1 where the neighbour has a higher number, -1 where it has a lower one, or 0 |
     """  # noqa: E501
 
     observation: Literal["dict", "flat"] = "dict"  # parts by name, or all in one row
@@ -105,6 +106,7 @@ class Observer:
             "neighbours": Bounds(
                 heard if config.neighbours_as == "set" else (3, PIXELS, PIXELS), -most, most
             ),
+            "precedence": Bounds((config.neighbours,), -1.0, 1.0),
         }
         return {part: known[part] for part in config.parts}
 
@@ -129,7 +131,12 @@ class Observer:
         return scans / self._range_max if self._config.normalise else scans
 
     def observe(
-        self, goals: FloatArray, ahead: FloatArray, poses: FloatArray, twists: FloatArray
+        self,
+        goals: FloatArray,
+        ahead: FloatArray,
+        poses: FloatArray,
+        twists: FloatArray,
+        numbers: NDArray[np.int64],
     ) -> Observation:
         """Return what the robots see, a row for each; they are the first m of n.
 
@@ -138,6 +145,7 @@ class Observer:
             ahead: (m, 2) [m] in map, where their ways lead; of no use without the part `way`.
             poses: (n, 3) x, y, yaw in map.
             twists: (n, 3) vx, wz, vy; vy of the first m only.
+            numbers: (n,) of the robots.
         """
         is_one, count = self._config.normalise, len(goals)
         seen: Observation = {}
@@ -152,22 +160,34 @@ class Observer:
                 own = twists[:count] / self._most if is_one else twists[:count]
                 seen[part] = own.astype(np.float32)
             else:
-                seen[part] = self._heard(count, poses, twists)
+                seen[part] = self._heard(part, count, poses, twists, numbers)
         if is_one:
             for values in seen.values():
                 np.clip(values, -1.0, 1.0, out=values)
         return seen
 
-    def _heard(self, count: int, poses: FloatArray, twists: FloatArray) -> Rows:
+    def _heard(
+        self,
+        part: Part,
+        count: int,
+        poses: FloatArray,
+        twists: FloatArray,
+        numbers: NDArray[np.int64],
+    ) -> Rows:
         config = self._config
-        heard = np.zeros((count, *self.bounds["neighbours"].shape), np.float32)
-        if config.neighbours_as == "set":
-            observation_kernels.nearest(poses, twists, RADIO_RANGE, heard)
-            return heard / self._scale if config.normalise else heard
-        observation_kernels.draw_neighbours(poses, twists, PIXEL, heard)
-        if config.normalise:
-            heard[:, 1:] /= self._scale[4]
-        return heard
+        if part == "neighbours" and config.neighbours_as == "image":
+            image = np.zeros((count, *self.bounds[part].shape), np.float32)
+            observation_kernels.draw_neighbours(poses, twists, PIXEL, image)
+            if config.normalise:
+                image[:, 1:] /= self._scale[4]
+            return image
+        heard = np.zeros((count, config.neighbours, NEIGHBOUR), np.float32)
+        rows = np.zeros(heard.shape[:2], np.int64)
+        observation_kernels.nearest(poses, twists, RADIO_RANGE, heard, rows)
+        if part == "precedence":
+            signs: Rows = np.sign(numbers[rows] - numbers[:count, None]).astype(np.float32)
+            return signs
+        return heard / self._scale if config.normalise else heard
 
 
 def flat(seen: Observation) -> Rows:

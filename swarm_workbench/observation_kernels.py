@@ -10,7 +10,7 @@ TAU = 2.0 * math.pi
 
 
 @njit(cache=True)
-def nearest(poses, twists, reach, heard):
+def nearest(poses, twists, reach, heard, rows):
     """Write what each of the first m robots hears of its nearest neighbours.
 
     Args:
@@ -18,9 +18,11 @@ def nearest(poses, twists, reach, heard):
         twists: (n, 3) vx [m/s], wz [rad/s], vy.
         reach: [m] up to which a neighbour counts.
         heard: (m, k, 6) zeros; rows of 1, x, y, yaw in base_footprint, vx, wz, the nearest first.
+        rows: (m, k) receives the indices of these neighbours; the own one where there is none.
     """
     for i in range(heard.shape[0]):
         cos, sin = math.cos(poses[i, 2]), math.sin(poses[i, 2])
+        rows[i] = i
         last = -1.0  # squared distance of the neighbour before
         before = -1
         for k in range(heard.shape[1]):
@@ -32,7 +34,7 @@ def nearest(poses, twists, reach, heard):
                     best, found = gap, j
             if found < 0:
                 break
-            last, before = best, found
+            last, before, rows[i, k] = best, found, found
             dx, dy = poses[found, 0] - poses[i, 0], poses[found, 1] - poses[i, 1]
             turn = poses[found, 2] - poses[i, 2]
             row = heard[i, k]

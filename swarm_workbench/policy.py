@@ -1,8 +1,7 @@
 """A trained policy as the brain of a robot: `brain.plugin: policy.onnx`, with the extra `learn`.
 
 The model's inputs have the names and shapes of an observation of `swarm_workbench.gym`, each with a
-first dimension of 1: `scan`, `goal`, `twist`, `neighbours`, or some of them. Its first output is
-the action.
+first dimension of 1, or some of them. Its first output is the action.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ from typing import Any
 import msgspec
 import numpy as np
 import onnxruntime
+from numpy.typing import NDArray
 
 from swarm_common.files.convert import convert
 from swarm_common.model.beacon import Reception
@@ -104,6 +104,7 @@ class Policy:
         ahead_map: tuple[float, float],
         poses: FloatArray,
         twists: FloatArray,
+        numbers: NDArray[np.int64],
     ) -> Twist:
         """Return the twist of a step.
 
@@ -113,9 +114,11 @@ class Policy:
             ahead_map: x, y [m] where the way leads.
             poses: (n, 3) x, y, yaw in map, its own first.
             twists: (n, 3) vx, wz, vy.
+            numbers: (n,) of the robots.
         """
         self._observer.add(ranges[None])
-        seen = self._observer.observe(np.array([goal_map]), np.array([ahead_map]), poses, twists)
+        goals, ahead = np.array([goal_map]), np.array([ahead_map])
+        seen = self._observer.observe(goals, ahead, poses, twists, numbers)
         if self.config.observation == "flat":
             seen = {FLAT: flat(seen)}
         action = self._model.run(None, {name: seen[name] for name in self.inputs})[0]
@@ -173,6 +176,7 @@ class PolicyBrain:
         self._twist = Twist()
         self._others = Reception(np.zeros((0, 0), np.uint32), np.zeros(0, np.int64))
         self._goal: Goal | None = None
+        self._number = robot_id
 
     def __getattr__(self, name: str) -> Any:
         if name in OF_NAVIGATOR:
@@ -228,15 +232,17 @@ class PolicyBrain:
         self._held = self._policy.config.ticks - 1
         beacons = self._others.beacons if len(self._others.rows) else None
         poses, twists = [(pose.x, pose.y, pose.yaw)], [self._twist_row()]
+        numbers = [self._number]
         if beacons is not None:
             poses += beacons["pose"].tolist()
             twists += [(vx, wz, 0.0) for vx, wz in beacons["twist"].tolist()]
+            numbers += beacons["id"].tolist()
         if self._ways is not None:
             self._ways.follow(np.array(poses[:1]))
             x, y = self._ways.ahead[0].tolist()
             ahead = x, y
         self._wish = self._policy.twist(
-            self._ranges, goal, ahead, np.array(poses), np.array(twists)
+            self._ranges, goal, ahead, np.array(poses), np.array(twists), np.array(numbers)
         )
         return self._wish
 

@@ -1,15 +1,20 @@
-"""Vector environments for stable-baselines3, with the extra `train`."""
+"""Environments for stable-baselines3, and its policies for robots; with the extra `train`."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from swarm_common.model.errors import ConfigError, SwarmError
 from swarm_workbench.gym import make_vec
+from swarm_workbench.observation import FLAT, PolicyConfig
+from swarm_workbench.policy import describe_policy
 
 try:
+    import torch
+    from stable_baselines3.common.policies import ActorCriticPolicy
     from stable_baselines3.common.vec_env import VecEnv
 except ImportError as error:
     raise SwarmError(
@@ -89,3 +94,63 @@ class SharedPolicyVecEnv(VecEnv):  # type: ignore[misc]
     def env_is_wrapped(self, wrapper_class: type[Any], indices: Any = None) -> list[bool]:
         """Return that no row is wrapped."""
         return [False for _ in self._get_indices(indices)]
+
+
+class BoundedPolicy(ActorCriticPolicy):  # type: ignore[misc]
+    """Policy whose mean action is from -1 to 1; unbounded means leave the range of actions.
+
+    With full speed as a mean of 2, random actions never try out to wait.
+    """
+
+    def _get_action_dist_from_latent(self, latent: Any) -> Any:
+        mean = torch.tanh(self.action_net(latent))
+        return self.action_dist.proba_distribution(mean, self.log_std)
+
+
+def export_policy(model: Any, path: str | Path, options: PolicyConfig) -> None:
+    """Write what a trained policy does without chance as a model in ONNX, for `brain.plugin`.
+
+    Args:
+        model: Of stable-baselines3, with a `BoundedPolicy` or an "MlpPolicy".
+        path: File to write.
+        options: `options` of an environment as it was trained in; observations are flat.
+
+    Raises:
+        SwarmError: If observations are not flat, the policy has other layers than linear ones, Tanh
+            and ReLU, or the file cannot be written.
+    """
+    import onnx
+    import onnx.parser
+
+    policy = model.policy
+    if options.observation != "flat":
+        raise ConfigError(f"observation is {options.observation!r}; only 'flat' ones are exported")
+    modules = [*policy.mlp_extractor.policy_net, policy.action_net]
+    if isinstance(policy, BoundedPolicy):
+        modules.append(torch.nn.Tanh())
+    given, lines, held = FLAT, [], []
+    for number, module in enumerate(modules):
+        given, former = f"y{number}", given
+        if isinstance(module, torch.nn.Linear):
+            lines.append(f"{given} = Gemm<transB = 1>({former}, w{number}, b{number})")
+            for name, values in ((f"w{number}", module.weight), (f"b{number}", module.bias)):
+                held.append(onnx.numpy_helper.from_array(values.detach().cpu().numpy(), name))
+        elif isinstance(module, torch.nn.Tanh | torch.nn.ReLU):
+            kind = "Tanh" if isinstance(module, torch.nn.Tanh) else "Relu"
+            lines.append(f"{given} = {kind}({former})")
+        else:
+            raise ConfigError(
+                f"the policy has a layer {type(module).__name__}; only Linear, Tanh and ReLU are"
+                " exported"
+            )
+    made = onnx.parser.parse_model(
+        f'<ir_version: 8, opset_import: ["": 17]> policy (float[N, {policy.features_dim}] {FLAT})'
+        f" => (float[N, {policy.action_net.out_features}] action)"
+        f" {{ {chr(10).join(lines)} action = Identity({given}) }}"
+    )
+    made.graph.initializer.extend(held)
+    try:
+        onnx.save(made, str(path))
+    except OSError as error:
+        raise ConfigError(f"{path} cannot be written: {error}") from None
+    describe_policy(path, options)

@@ -278,7 +278,8 @@ class LearningTeam:
         """Return what the robots see, by part."""
         arena, poses = self._arena, self._arena.world.poses
         ahead = self._goals if self._ways is None else self._ways.ahead[: self.count]
-        return self._observer.observe(self._goals, ahead, poses, arena.twists)
+        numbers = np.arange(len(poses))
+        return self._observer.observe(self._goals, ahead, poses, arena.twists, numbers)
 
     def seen(self) -> Observation | Rows:
         """Return what the robots see, as the options ask for."""

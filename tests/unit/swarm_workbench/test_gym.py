@@ -17,7 +17,7 @@ from swarm_workbench.gym import RobotEnv, SwarmEnv, TeamEnv, make_vec
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 FLAT = {"observation": "flat", "normalise": True, "rays": 36, "stack": 2, "ticks": 2}
-ALL = {"parts": ("scan", "goal", "way", "twist", "neighbours")}
+ALL = {"parts": ("scan", "goal", "way", "twist", "neighbours", "precedence")}
 OPTIONS = [{}, FLAT, {**ALL, "normalise": True}, {**FLAT, **ALL, "neighbours_as": "image"}]
 
 
@@ -76,6 +76,13 @@ def test_a_normalised_one_tells_the_same():
     for _ in range(20):
         env.step({"Srobot1": [-1.0, 0.0]})
     assert env._team._arena.twists[0, 0] == pytest.approx(-0.26)
+
+
+def test_precedence_tells_who_has_the_lower_number_of_the_nearest():
+    env = TeamEnv(3, "doorway", neighbours=3, parts=("neighbours", "precedence"))
+    starts = [(-4.0, 0.0, 0.0), (-3.0, 0.0, 0.0), (-5.0, 0.5, 0.0)]
+    seen, _ = env.reset(options={"starts": starts, "goals": [(-4.0, 2.0)] * 3})
+    assert seen["precedence"].tolist() == [[1, 1, 0], [-1, 1, 0], [-1, -1, 0]]
 
 
 def test_former_scans_are_stacked_the_newest_last():
@@ -170,6 +177,21 @@ def _contacts(shield, ticks):
 def test_the_shield_keeps_robots_apart():
     assert _contacts(shield=False, ticks=900) > 0
     assert _contacts(shield=True, ticks=900) == 0
+
+
+@pytest.mark.parametrize("backs", [False, True])
+def test_the_shield_bends_what_would_end_at_the_post_of_a_door(backs):
+    env = RobotEnv(1, "doorway", shield=True)
+    starts = [(-0.6, 0.12, np.pi if backs else 0.0)]
+    env.reset(options={"starts": starts, "goals": [(3.0, 0.0)]})
+    furthest = -1.0
+    for _ in range(200):
+        *_, end, cut, info = env.step([-0.2 if backs else 0.2, 0.0])
+        furthest = max(furthest, env._env._team._arena.world.poses[0, 0])
+        assert not info["contact"]
+        if end or cut or furthest > 0.5:
+            break
+    assert furthest > 0.5
 
 
 def test_an_environment_that_is_thrown_away_is_freed():

@@ -20,7 +20,9 @@ def test_a_policy_sees_on_a_robot_what_it_saw_in_the_environment(tmp_path):
     for row, seen in enumerate(observations.values()):
         order = [row, *(other for other in range(3) if other != row)]
         goal = tuple(goals[row])
-        twist = policy.twist(arena.ranges[row], goal, goal, poses[order], arena.twists[order])
+        twist = policy.twist(
+            arena.ranges[row], goal, goal, poses[order], arena.twists[order], np.array(order)
+        )
         away = np.array([0.002, 0.001, 0.0, 0.0, 0.0, 0.0])
         action = seen["goal"] * (2.0, 2.0) * seen["scan"].min() - (seen["neighbours"] * away).sum()
         high = env.action_space("Srobot1").high
@@ -60,6 +62,26 @@ def test_a_model_says_itself_what_it_sees(tmp_path):
     (tmp_path / "none.onnx").write_text("nothing")
     with pytest.raises(SwarmError, match="is no model"):
         describe_policy(tmp_path / "none.onnx", env.options)
+
+
+LOWER_NUMBERS_DRIVE = """
+<ir_version: 8, opset_import: ["": 17]>
+policy (float[N, 1] precedence) => (float[N, 2] action) <float[1, 2] speeds = {0.2, 0.0}> {
+    wish = MatMul(precedence, speeds)  action = Relu(wish) }
+"""
+
+
+def test_precedence_on_a_robot_is_by_the_numbers_in_beacons(tmp_path):
+    path = save_policy(tmp_path / "policy.onnx", LOWER_NUMBERS_DRIVE)
+    describe_policy(path, RobotEnv(2, "doorway", parts=("precedence",), neighbours=1).options)
+    with Swarm(robots=2, world="doorway", bench=True, brain=path) as swarm:
+        starts = [robot.true_pose for robot in swarm]
+        for robot, start in zip(swarm, starts, strict=True):
+            robot.go_to((start.x + 1.0, start.y))
+        swarm.run(seconds=4.0)
+        moved = [swarm[f"Srobot{k + 1}"].true_pose.distance(starts[k]) for k in range(2)]
+    assert moved[0] > 0.2
+    assert moved[1] == 0.0
 
 
 def test_a_policy_drives_to_goals_on_the_bench(tmp_path):
