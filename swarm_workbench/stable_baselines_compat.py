@@ -112,7 +112,7 @@ def export_policy(model: Any, path: str | Path, options: PolicyConfig) -> None:
 
     Args:
         model: Of stable-baselines3, with a `BoundedPolicy` or an "MlpPolicy".
-        path: File to write.
+        path: Receives the model; what was there is overwritten.
         options: `options` of an environment as it was trained in; observations are flat.
 
     Raises:
