@@ -68,6 +68,7 @@ ACTIONS: dict[str, Any] = {
 }
 NO_WAY = np.zeros((0, 2))
 STILL = 0.02  # [m/s], [rad/s] below which a robot stands
+MOVED = 0.05  # [m], [rad] beyond which a robot that stands has another place
 WAITING = ("waiting", "holding", "yielding")  # states in which `detail` says for whom
 RETAINED = "the broker kept this message from before; it is not done: send it without `retain`"
 OBSTACLE = "before an obstacle"  # how `detail` ends of a robot that stopped for somebody
@@ -459,14 +460,19 @@ class Pilot:
     def _end(
         self, goal: tuple[tuple[str, int], ...], is_reached: bool, reason: str, is_final: bool
     ) -> None:
-        """A leg ended, or a turn before or after one; after a leg a turn may be due."""
+        """A leg ended, or a turn before or after one; a robot off its heading turns once more.
+
+        Who makes way in the midst of a turn ends it off the heading.
+        """
         turn, self._turn = self._turn, None
-        if not is_reached and not turn:
+        if not is_reached:
             self.vehicle.fail_drive(reason, is_final)
-        elif turn is None and (angle := self.vehicle.turn_at(goal[-1])):
+        elif turn == ():
+            return  # the leg follows
+        elif angle := self.vehicle.turn_at(goal[-1]):
             self._begin_turn(angle, goal)
             self._goal = goal
-        elif turn is None or turn:
+        else:
             self.vehicle.arrive(goal[-1])
 
     def _begin_turn(self, angle: float, ends: tuple[tuple[str, int], ...]) -> None:
@@ -555,7 +561,7 @@ class Pilot:
             return
         if not is_asked and now - self._state_at < self.vehicle.simulated.state_period:
             return
-        is_new = self._published is None or _essence(state) != _essence(self._published)
+        is_new = self._published is None or is_news(state, self._published)
         if is_asked or is_new or now - self._state_at >= STATE_PERIOD:
             self._published, self._state_at = state, now
             self._send_message("state", state)
@@ -643,8 +649,20 @@ class Pilot:
         )
 
 
+def is_news(state: VehicleState, before: VehicleState) -> bool:
+    """Return whether a state is published at once after one that was.
+
+    A robot that stands elsewhere is news: at full speed it may have driven between two looks.
+    """
+    here, there = state.agv_position, before.agv_position
+    if here is not None and there is not None and not state.driving:
+        way = math.hypot(here.x - there.x, here.y - there.y)
+        if max(way, abs(wrap_angle(here.theta - there.theta))) > MOVED:
+            return True
+    return _essence(state) != _essence(before)
+
+
 def _essence(state: VehicleState) -> VehicleState:
-    """Return what a new state is published for at once."""
     replace = msgspec.structs.replace
     information = tuple(replace(info, info_description=None) for info in state.information)
     charge = replace(state.battery_state, battery_charge=0.0)

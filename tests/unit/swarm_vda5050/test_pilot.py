@@ -2,11 +2,14 @@
 
 import math
 
+import msgspec
 import pytest
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_common.model.records import Pose
-from swarm_vda5050.pilot import _information, _velocity
+from swarm_vda5050.messages import AgvPosition
+from swarm_vda5050.pilot import Pilot, _information, _velocity, is_news
+from tests.fakes.fleet_orders import MAP, Toy, node, order
 
 NAMES = ("ann", "Srobot2")
 
@@ -33,3 +36,54 @@ def test_velocities_are_in_the_frame_of_the_robot():
     velocity = _velocity(Pose(0.0, 0.0, math.pi / 2), Pose(0.0, 1.0, math.pi / 2), 2.0)
     assert (velocity.vx, velocity.vy, velocity.omega) == (0.5, 0.0, 0.0)
     assert _velocity(Pose(0.0, 0.0, 3.0), Pose(0.0, 0.0, -3.0), 1.0).omega > 0.0
+
+
+class Turning(Pilot):
+    """A pilot without a robot: what it begins is written down."""
+
+    def __init__(self, toy):
+        self.vehicle, self._turn, self._goal, self.turns = toy.vehicle, None, (), []
+
+    def _begin(self, _action, goal):
+        self.turns.append(goal.target_yaw)
+
+
+@pytest.fixture
+def at_heading():
+    """A vehicle at a node with a heading that it does not have, and its pilot."""
+    toy = Toy()
+    toy.send(order([node(0), node(1, theta=1.5, allowedDeviationTheta=0.1)]))
+    toy.pose = Pose(2.0, 0.0, 0.0)
+    toy.sense()
+    pilot = Turning(toy)
+    pilot._end((("n1", 2),), True, "", False)
+    assert pilot.turns == [1.5]
+    return toy, pilot
+
+
+def test_a_robot_that_made_way_in_the_midst_of_a_turn_turns_once_more(at_heading):
+    toy, pilot = at_heading
+    for yaw, rest in ((0.9, [0.6]), (1.49, [])):
+        pilot.turns.clear()
+        toy.pose = Pose(2.0, 0.0, yaw)
+        toy.sense()
+        pilot._end(pilot._goal, True, "", False)
+        assert pilot.turns == pytest.approx(rest)
+    assert toy.vehicle.last_node == ("n1", 2)
+
+
+def test_a_node_whose_heading_is_missed_is_not_reached(at_heading):
+    toy, pilot = at_heading
+    pilot._end(pilot._goal, False, "no room to turn", False)
+    assert toy.vehicle.last_node == ("n0", 0)
+    assert toy.faults == ["DRIVING"]
+
+
+def test_a_turn_between_two_looks_is_news():
+    state = Toy().state()
+    at = AgvPosition(x=0.0, y=0.0, theta=0.002, map_id=MAP, position_initialized=True)
+    before = msgspec.structs.replace(state, agv_position=at)
+    turned = msgspec.structs.replace(at, theta=1.48)
+    after = msgspec.structs.replace(before, agv_position=turned)
+    assert is_news(after, before)
+    assert not is_news(after, after)
