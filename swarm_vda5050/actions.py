@@ -40,6 +40,7 @@ _LOAD = {"loadId": "STRING", "loadType": "STRING", "stationName": "STRING", "sta
 _DURATION = {"duration": "FLOAT"}
 _POSE = {"x": "FLOAT", "y": "FLOAT", "theta": "FLOAT", "mapId": "STRING"}
 _NODE, _ORDER, _ZONE_SET = {"lastNodeId": "STRING"}, {"orderId": "STRING"}, {"zoneSetId": "STRING"}
+_MAP = {"mapId": "STRING", "mapVersion": "STRING"}
 _INIT_POSITION = ActionOffer(_STANDING, "Take a pose as one's own.", _POSE, _NODE)
 _OF_BOTH: dict[str, ActionOffer] = {
     "pick": ActionOffer(_ON_WAY, "Take a load; lasts `duration`.", optional=_LOAD | _DURATION),
@@ -52,15 +53,19 @@ _OF_BOTH: dict[str, ActionOffer] = {
     "stateRequest": ActionOffer(_INSTANT, "Publish the state."),
     "factsheetRequest": ActionOffer(_INSTANT, "Publish the factsheet."),
     "cancelOrder": ActionOffer(_INSTANT, "Give up the order.", optional=_ORDER),
+    "logReport": ActionOffer(_INSTANT, "Write the state down.", required={"reason": "STRING"}),
 }
-_OF_2 = _OF_BOTH | {"initPosition": _INIT_POSITION}
+_ENABLE_MAP = ActionOffer(_STANDING, "Use a map: the only one.", required=_MAP)
+_OF_20 = _OF_BOTH | {"initPosition": _INIT_POSITION}
+_OF_21 = _OF_20 | {"enableMap": _ENABLE_MAP}
 _OF_3 = _OF_BOTH | {
+    "enableMap": _ENABLE_MAP,
     "initializePosition": _INIT_POSITION,
     "clearInstantActions": ActionOffer(_STANDING, "Forget the instant actions that ended."),
     "enableZoneSet": ActionOffer(_STANDING, "Use a zone set.", required=_ZONE_SET),
     "deleteZoneSet": ActionOffer(_INSTANT, "Forget a zone set.", required=_ZONE_SET),
 }
-OFFERED = {"2.0": _OF_2, "2.1": _OF_2, "3.0": _OF_3}  # by version
+OFFERED = {"2.0": _OF_20, "2.1": _OF_21, "3.0": _OF_3}  # by version
 INTERNAL = {"initializePosition": "initPosition"}  # names of 2.1
 PAUSABLE = ("pick", "drop", "wait")
 

@@ -51,7 +51,7 @@ from swarm_vda5050.messages import (
     SafetyState,
     VehicleState,
 )
-from swarm_vda5050.order_check import DrivingArea
+from swarm_vda5050.order_check import MAP_VERSION, DrivingArea
 from swarm_vda5050.paths import intermediate_path, planned_path
 from swarm_vda5050.vehicle import DriveLeg, RobotSenses, Vehicle
 from swarm_vda5050.ways import ALONG
@@ -93,6 +93,7 @@ class Pilot:
         judge: Callable[[Heard], None] | None = None,
         is_lenient: bool = False,
         timed: Sequence[tuple[float, OrderAction]] = (),
+        log: Callable[[bytes], object] | None = None,
         rejections: Rejections | None = None,
     ) -> None:
         """Attach to a robot, and connect to the broker.
@@ -104,6 +105,7 @@ class Pilot:
             is_realistic: Whether the robot estimates its pose; otherwise it knows it.
             judge: Counts what the fleet control keeps and breaks; None for no verdict.
             timed: Faults that begin by themselves, with their simulated time [s].
+            log: Writes a line for logReport.
             rejections: Counts reports that are rejected, in lockstep; None in free run.
         """
         self.name = identity.serial
@@ -115,7 +117,7 @@ class Pilot:
             spec.max_vel_theta,
         )
         self.vehicle.plan_faults(timed)
-        self._judge = judge
+        self._judge, self._log = judge, log
         self._identity = identity
         self._spec = spec
         self._ground = ground
@@ -230,8 +232,16 @@ class Pilot:
             self.robot.setInitialPose(pose)
         if requests.factsheet:
             self._publish_factsheet()
+        for reason in requests.log_reasons:
+            self._write_log(reason)
         self._simulate_link()
         self._publish(now, is_asked=requests.state)
+
+    def _write_log(self, reason: str) -> None:
+        at = CONTROL_PERIOD * self._tick
+        report = {"robot": self.name, "time": at, "reason": reason, "state": self._state()}
+        if self._log is not None:
+            self._log(msgspec.json.encode(report))
 
     def _simulate_link(self) -> None:
         """Break the connection, or make it again, as a simulated fault wants."""
@@ -616,7 +626,7 @@ class Pilot:
             ),
             zone_sets=vehicle.zones.states,
             zone_requests=vehicle.zones.requests,
-            maps=(MapState(map_id=self._ground.map_id, map_version="1", map_status="ENABLED"),),
+            maps=(_only_map(self._ground.map_id),),
         )
 
     def _way(self, topic: str) -> FloatArray:
@@ -676,6 +686,10 @@ def _essence(state: VehicleState) -> VehicleState:
         battery_state=charge,
         information=information,
     )
+
+
+def _only_map(map_id: str) -> MapState:
+    return MapState(map_id=map_id, map_version=MAP_VERSION, map_status="ENABLED")
 
 
 def _information(status: RobotStatus, names: Container[str]) -> tuple[Info, ...]:

@@ -41,6 +41,7 @@ from swarm_vda5050.link import Address, Link
 from swarm_vda5050.messages import OrderAction, Parameter
 from swarm_vda5050.order_check import DrivingArea
 from swarm_vda5050.pilot import Pilot
+from swarm_vda5050.vehicle import LOG_FILE
 
 VERDICT_FILE = "vda5050.json"  # in the run's folder
 BROKER_PERIOD = 1.0  # [s] of wall time between two looks at our broker
@@ -52,12 +53,14 @@ TURN_PERIOD = 0.05  # [s] of wall time between two looks at MQTT
 class VehicleFleet:
     """All robots of a run as vehicles."""
 
-    def __init__(self, config: dict[str, Any], events: EventWriter) -> None:
+    def __init__(self, config: dict[str, Any], events: EventWriter, folder: Path) -> None:
         """Attach to the robots.
 
         Args:
             config: Configuration as `process_table` writes it.
+            folder: The run's.
         """
+        self._folder = folder
         self._config = config
         self._events = events
         self._node = join_graph("vda5050")
@@ -130,6 +133,10 @@ class VehicleFleet:
         for pilot in self._pilots.values():
             pilot.close()
 
+    def _write_log(self, line: bytes) -> None:
+        with (self._folder / LOG_FILE).open("ab") as log:
+            log.write(line + b"\n")
+
     def _say(self, text: str) -> None:
         self._events.write(Note(text))
 
@@ -158,6 +165,7 @@ class VehicleFleet:
             judge=None if self.conformance is None else self.conformance.judge,
             is_lenient=self._config["check"] == "lenient",
             timed=[(at, action) for robot, at, action in self._timed if robot == name],
+            log=self._write_log,
             rejections=self._rejections if self._config["is_in_step"] else None,
         )
 
@@ -216,7 +224,7 @@ def main(arguments: list[str] | None = None) -> int:
         if config["embedded"]:
             broker = Broker(config["broker"]["port"], child.path.parent)
         ros_env.set_defaults()
-        fleet = VehicleFleet(config, events)
+        fleet = VehicleFleet(config, events, child.path.parent.parent)
     except (SwarmError, ConfigError) as error:
         return child.refuse(error)
     events.write(Note(f"VDA 5050: {len(config['robots'])} robots at {Address(**config['broker'])}"))

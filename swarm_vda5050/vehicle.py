@@ -37,7 +37,7 @@ from swarm_vda5050.messages import (
     VehicleLoad,
     ZoneSetMessage,
 )
-from swarm_vda5050.order_check import STOP_RADIUS, DrivingArea, check_order
+from swarm_vda5050.order_check import MAP_VERSION, STOP_RADIUS, DrivingArea, check_order
 from swarm_vda5050.simulated_faults import DRIVES_ON, SIMULATED, SimulatedFaults
 from swarm_vda5050.ways import corridor_area, is_followed, keeps_heading, line_of
 from swarm_vda5050.zones import ZoneKeeper
@@ -45,6 +45,7 @@ from swarm_vda5050.zones import ZoneKeeper
 PASS_RADIUS = 0.7  # [m] around a node without allowedDeviationXY: that of NavigateThroughPoses
 BY_HAND = "the order was given up: somebody drives the robot by hand"
 USUAL_TURN, LEAST_TURN = 0.25, 0.05  # [rad] off a heading: without a deviation, and at least
+LOG_FILE = "vda5050_log.jsonl"  # in the run's folder
 MOST_TRIES = 3  # of a leg
 LONG_AGO = datetime.min.replace(tzinfo=UTC)
 RETRY_PAUSE = 5.0  # [s] between two of them
@@ -84,6 +85,7 @@ class Requests:
     state: bool = False
     factsheet: bool = False
     initial_pose_map: Pose | None = None
+    log_reasons: tuple[str, ...] = ()
 
 
 class Vehicle:
@@ -292,13 +294,13 @@ class Vehicle:
 
     def path_of(self, leg: DriveLeg) -> FloatArray | None:
         """Return the path (n, 2) [m] in map that is to be followed; None for a way of its own."""
-        if not self._edges or not is_followed(self._edges[0]):
+        if not self._edges or not self._follows(0):
             return None
         return np.vstack([line for _, line in self._lines(len(leg.nodes))])
 
     def corridors_of(self, leg: DriveLeg) -> list[shapely.Geometry]:
         """Return the areas that the robot must not leave on a leg; none for anywhere."""
-        if not self._edges or self._edges[0].corridor is None or is_followed(self._edges[0]):
+        if not self._edges or self._edges[0].corridor is None or self._follows(0):
             return []
         lines = self._lines(len(leg.nodes))
         return [corridor_area(edge, line, self._radius) for edge, line in lines]
@@ -314,6 +316,17 @@ class Vehicle:
             lines.append((edge, line_of(edge, before.node_position, node.node_position)))
             before = node
         return lines
+
+    def _follows(self, index: int) -> bool:
+        """Whether the robot follows the line of one of the next edges."""
+        if is_followed(self._edges[index]) or not self.zones.has_lines:
+            return is_followed(self._edges[index])
+        _, line = self._lines(index + 1)[index]
+        return self.zones.guides(line)
+
+    def _way_of(self, index: int) -> tuple[bool, bool]:
+        is_line = self._follows(index)
+        return is_line, self._edges[index].corridor is not None and not is_line
 
     @property
     def _way(self) -> list[tuple[float, float]]:
@@ -501,7 +514,7 @@ class Vehicle:
             if after is None or not after.released:
                 return index
             edge = self._edges[index + 1]
-            if _way_of(edge) != _way_of(self._edges[index]) or keeps_heading(edge):
+            if self._way_of(index + 1) != self._way_of(index) or keeps_heading(edge):
                 return index
             halts = (*node.actions, *edge.actions)
             if any(not action.blocking_type.allows_driving for action in halts):
@@ -639,6 +652,13 @@ class Vehicle:
             self.last_node = (read("lastNodeId", self.last_node[0]), self.last_node[1])
         action.finish()
 
+    def _enable_map(self, run: RunningAction) -> None:
+        read, own = run.action.parameter, (self._ground.map_id, MAP_VERSION)
+        if (read("mapId"), read("mapVersion")) == own:
+            run.finish()
+        else:
+            run.fail(f"this robot has only the map '{own[0]}' of the version {own[1]}")
+
     # Instant actions
 
     def _begin_instant(self, action: OrderAction, references: Mapping[str, str]) -> None:
@@ -693,6 +713,12 @@ class Vehicle:
                 run.finish()
             case "initPosition":
                 self._initialise(run)
+            case "logReport":
+                reasons = (*self._requests.log_reasons, run.action.parameter("reason"))
+                self._requests = replace(self._requests, log_reasons=reasons)
+                run.finish(f"written to {LOG_FILE}")
+            case "enableMap":
+                self._enable_map(run)
             case "stopCharging":
                 run.finish()
             case "enableZoneSet" | "deleteZoneSet":
@@ -733,11 +759,6 @@ def _remember(known: dict[str, Any], name: str, value: Any) -> None:
     known[name] = value
     if len(known) > MOST_USED:
         del known[next(iter(known))]
-
-
-def _way_of(edge: Edge) -> tuple[bool, bool]:
-    is_line = is_followed(edge)
-    return is_line, edge.corridor is not None and not is_line
 
 
 def _pass_radius(node: Node) -> float:

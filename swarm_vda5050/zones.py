@@ -24,7 +24,8 @@ from swarm_vda5050.messages import (
 from swarm_vda5050.ways import FARTHEST
 
 BLOCKED, SPEED_LIMIT, PENALTY, RELEASE = "BLOCKED", "SPEED_LIMIT", "PENALTY", "RELEASE"
-SUPPORTED = (BLOCKED, SPEED_LIMIT, PENALTY, RELEASE)
+PRIORITY, LINE_GUIDED = "PRIORITY", "LINE_GUIDED"
+SUPPORTED = (BLOCKED, SPEED_LIMIT, PENALTY, RELEASE, PRIORITY, LINE_GUIDED)
 LOSS = ("STOP", "CONTINUE")  # what a robot does in a zone whose release is lost
 MOST_SETS, MOST_ZONES = 50, 500
 ASK_AGAIN = 10.0  # [s] after a rejection
@@ -208,14 +209,32 @@ class ZoneKeeper:
         )
 
     @property
+    def has_lines(self) -> bool:
+        """Whether there are zones in which robots follow the lines of edges."""
+        return any(zone.zone_type == LINE_GUIDED for zone in self._zones.values())
+
+    def guides(self, line_map: FloatArray) -> bool:
+        """Return whether a line (n, 2) [m] touches a zone in which it is to be followed."""
+        line = shapely.LineString(line_map)
+        return any(
+            zone.zone_type == LINE_GUIDED and self._areas[name].intersects(line)
+            for name, zone in self._zones.items()
+        )
+
+    @property
     def costs(self) -> dict[str, int]:
-        """Value in a keepout mask by zone: `KEEPOUT` where the robot must not be, less for more."""
+        """Value in a keepout mask by zone: `KEEPOUT` where the robot must not be, less for more.
+
+        A value below 0 is a preference: all places outside cost so much more.
+        """
         values = dict.fromkeys(self._barred, KEEPOUT)
         for name, zone in self._zones.items():
             if zone.zone_type == BLOCKED:
                 values[name] = KEEPOUT
             elif zone.zone_type == PENALTY and zone.penalty_factor:
                 values[name] = math.ceil((KEEPOUT - 1) * zone.penalty_factor)
+            elif zone.zone_type == PRIORITY and zone.priority_factor:
+                values[name] = -math.ceil((KEEPOUT - 1) * zone.priority_factor)
         return values
 
     def mask(self, grid: Grid, corridors: Sequence[shapely.Geometry]) -> Grid:
@@ -228,12 +247,17 @@ class ZoneKeeper:
         x = grid.origin_x + (np.arange(grid.width) + 0.5) * size
         y = grid.origin_y + (np.arange(grid.height) + 0.5) * size
         places = np.meshgrid(x, y)
-        values = np.zeros(grid.cells.shape, np.int8)
+        costs = self.costs
+        outside = -min([0, *costs.values()])
+        values = np.full(grid.cells.shape, outside, np.int8)
+        for name, cost in sorted(costs.items(), key=lambda pair: pair[1]):  # preferences first
+            inside = _within(self._areas[name].buffer(0.5 * math.sqrt(2.0) * size), places)
+            if cost < 0:
+                values[inside] = np.minimum(values[inside], outside + cost)
+            else:
+                values[inside] = np.maximum(values[inside], cost)
         if corridors:
             values[~_within(shapely.union_all(corridors), places)] = KEEPOUT
-        for name, cost in self.costs.items():
-            inside = _within(self._areas[name].buffer(0.5 * math.sqrt(2.0) * size), places)
-            values[inside] = np.maximum(values[inside], cost)
         return Grid(values, size, grid.origin_x, grid.origin_y)
 
     @property
@@ -275,12 +299,15 @@ def _check(zone: FleetZone, zone_set: str) -> None:
     is_shape = len(zone.vertices) >= 3 and all(abs(number) <= FARTHEST for number in numbers)
     if not is_shape or not _polygon(zone).is_valid or _polygon(zone).area == 0.0:
         raise OrderRejectedError(OrderFault.VALIDATION, "the vertices are no polygon", **where)
-    speed, penalty = zone.max_speed, zone.penalty_factor
+    speed, penalty, priority = zone.max_speed, zone.penalty_factor, zone.priority_factor
     if zone.zone_type == SPEED_LIMIT and not (speed is not None and 0.0 < speed < math.inf):
         text = f"maximumSpeed is {speed}; it must be positive"
         raise OrderRejectedError(OrderFault.VALIDATION, text, **where)
     if zone.zone_type == PENALTY and not (penalty is not None and 0.0 <= penalty <= 1.0):
         text = f"penaltyFactor is {penalty}; expected 0 to 1"
+        raise OrderRejectedError(OrderFault.VALIDATION, text, **where)
+    if zone.zone_type == PRIORITY and not 0.0 <= priority <= 1.0:
+        text = f"priorityFactor is {priority}; expected 0 to 1"
         raise OrderRejectedError(OrderFault.VALIDATION, text, **where)
 
 

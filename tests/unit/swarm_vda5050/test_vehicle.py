@@ -2,7 +2,9 @@
 
 import pytest
 
-from tests.fakes.fleet_orders import Toy, action, along, edge, node, order
+from swarm_describe.robots.loading import load_robot
+from swarm_vda5050.factsheet import factsheet
+from tests.fakes.fleet_orders import MAP, OF_2, OF_3, OF_20, Toy, action, along, edge, node, order
 
 
 def test_an_order_is_driven_to_the_end_of_its_base_and_goes_on():
@@ -282,3 +284,32 @@ def test_a_node_that_is_to_be_met_closely_is_a_stop():
     assert len(toy.vehicle.leg.nodes) == 1
     toy.drive()
     assert not toy.vehicle.is_busy
+
+
+def test_a_map_is_enabled_if_the_robot_has_it_and_a_log_is_written():
+    toy = Toy()
+    for key, name, version in (("own", MAP, "1"), ("other", "hall_9", "1"), ("new", MAP, "2")):
+        toy.do("enableMap", key, mapId=name, mapVersion=version)
+    assert toy.done == {"own": "FINISHED", "other": "FAILED", "new": "FAILED"}
+    for reason in ("slow", "lost"):
+        toy.do("logReport", f"log {reason}", reason=reason)
+    assert toy.vehicle.take_requests().log_reasons == ("slow", "lost")
+    assert toy.vehicle.take_requests().log_reasons == ()
+
+
+@pytest.mark.parametrize("identity", [OF_20, OF_2, OF_3])
+@pytest.mark.parametrize(
+    "kind", ["downloadMap", "deleteMap", "finePositioning", "detectObject", "waitForTrigger"]
+)
+def test_an_action_of_the_standard_that_no_robot_does_is_refused_and_not_in_the_factsheet(
+    kind, identity
+):
+    sheet = factsheet(load_robot("turtlebot3_burger"), identity.offered, identity.version)
+    offered = [each["actionType"] for each in sheet["protocolFeatures"]["agvActions"]]
+    assert kind not in offered
+    toy = Toy(identity)
+    toy.do(kind, "instant")
+    assert toy.done == {"instant": "FAILED"}
+    toy.send(order([node(0, action(kind, "on node"))]))
+    assert toy.faults == ["INSTANT", "UNKNOWN_ACTION"]
+    assert toy.vehicle.order_id == ""

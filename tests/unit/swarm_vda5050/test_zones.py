@@ -6,6 +6,7 @@ import pytest
 from swarm_common.model.grid import KEEPOUT, Grid
 from tests.fakes.fleet_orders import MAP, OF_3, Toy, along
 
+NO_ACTIONS = {"entryActions": [], "duringActions": [], "exitActions": []}
 LATER = "2026-01-01T00:01:00Z"
 
 
@@ -101,10 +102,37 @@ def test_zones_become_a_mask_and_a_limit():
     assert zones.limit_at(16.0, 0.0) == np.inf
 
 
+def test_a_preferred_zone_makes_all_others_cost_more():
+    toy = toy_with(
+        zone("PRIORITY", 2.0, 6.0, priorityFactor=0.5),
+        zone("PRIORITY", 4.0, 6.0, priorityFactor=1.0), zone("BLOCKED", 10.0, 12.0),
+    )  # fmt: skip
+    mask = toy.vehicle.zones.mask(Grid(np.zeros((40, 300), np.int8), 0.05, 0.0, -1.0), [])
+    values = [int(mask.cells[mask.cell_of(x, 0.0)]) for x in (1.0, 3.0, 5.0, 11.0)]
+    assert values == [KEEPOUT - 1, 49, 0, KEEPOUT]
+
+
+def test_in_a_line_guided_zone_the_line_of_an_edge_is_followed():
+    toy = toy_with(zone("LINE_GUIDED", 3.0, 5.0))
+    toy.send(along(0, 4, 4))
+    assert [node.node_id for node in toy.vehicle.leg.nodes] == ["n1"]
+    assert toy.vehicle.path_of(toy.vehicle.leg) is None
+    toy.step()
+    assert [node.node_id for node in toy.vehicle.leg.nodes] == ["n2", "n3"]
+    path = toy.vehicle.path_of(toy.vehicle.leg)
+    assert path[0].tolist() == [2.0, 0.0]
+    assert path[-1].tolist() == [6.0, 0.0]
+    toy.drive()
+    assert toy.vehicle.last_node == ("n4", 8)
+
+
 @pytest.mark.parametrize(
     ("bad", "name"),
     [
         (zone("DIRECTED", 1.0, 2.0, direction=0.0, limitation="SOFT"), "UNSUPPORTED"),
+        (zone("BIDIRECTED", 1.0, 2.0, direction=0.0, limitation="SOFT"), "UNSUPPORTED"),
+        (zone("COORDINATED_REPLANNING", 1.0, 2.0), "UNSUPPORTED"),
+        (zone("ACTION", 1.0, 2.0, **NO_ACTIONS), "UNSUPPORTED"),
         (zone("RELEASE", 1.0, 2.0, releaseLossBehavior="EVACUATE"), "UNSUPPORTED"),
         (zone("SPEED_LIMIT", 1.0, 2.0), "VALIDATION"),
         (zone("PENALTY", 1.0, 2.0, penaltyFactor=2.0), "VALIDATION"),
