@@ -58,7 +58,7 @@ class VehicleFleet:
 
         Args:
             config: Configuration as `process_table` writes it.
-            folder: The run's.
+            folder: Folder of the run, for what logReport writes.
         """
         self._folder = folder
         self._config = config
