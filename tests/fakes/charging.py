@@ -43,6 +43,7 @@ def hall_with_chargers(
     places = CHARGERS if chargers is None else dict(chargers)
     sites["stations"] |= places
     sites["charging"] = list(places)
+    del sites["zones"]  # lanes of the hall
     sites["spawn"]["y_min"] = 1.8
     (hall / "sites.yaml").write_text(yaml.safe_dump(sites | more))
     return hall / "world.sdf"

@@ -35,8 +35,8 @@ def reserved_domain() -> Iterator[int]:
 
     Nodes may live on for a while after a test, until Python or DDS has forgotten them.
     """
-    first = next(_turns) % len(SWARMS)
+    turns = (SWARMS[next(_turns) % len(SWARMS)] for _ in SWARMS)
     with unix_socket() as reservation:
-        domain = reserve((*SWARMS[first:], *SWARMS[:first]), reservation)
+        domain = reserve(turns, reservation)
         assert domain is not None, "every ROS domain for tests is in use"
         yield domain

@@ -3,12 +3,13 @@
 from tests.fakes.ros_domains import SWARMS, reserved_domain
 
 
-def test_a_domain_does_not_come_back_before_all_others_had_their_turn():
+def test_a_domain_does_not_come_back_before_most_others_had_their_turn():
     used = []
-    for _ in SWARMS:
-        with reserved_domain() as domain:
-            used.append(domain)
-    assert len(set(used)) >= len(SWARMS) - 2, "others' runs may have one or two"
+    with reserved_domain():  # others' runs have some, too
+        for _ in range(3 * len(SWARMS)):
+            with reserved_domain() as domain:
+                assert domain not in used[-len(SWARMS) // 2 :]
+                used.append(domain)
 
 
 def test_no_two_have_a_domain_at_once():

@@ -143,8 +143,10 @@ def test_filter_masks_reach_every_process_as_copies(tmp_path):
         (tmp_path / f"{name}.yaml").write_text(
             f"{{image: {name}.pgm, resolution: 1, origin: [0, 0, 0], mode: raw, type: 2}}"
         )
-    with (own / "sites.yaml").open("a", encoding="utf-8") as sites:
-        sites.write("zones: {speed_mask: ../slow.yaml}\n")
+    sites = own / "sites.yaml"
+    text = sites.read_text("utf-8")
+    assert "zones: {" in text
+    sites.write_text(text.replace("zones: {", "zones: {speed_mask: ../slow.yaml, "), "utf-8")
     (tmp_path / "keep.yaml").write_text((tmp_path / "keep.yaml").read_text().replace("2}", "0}"))
     options = RunSpec(
         swarm_size=2, world=str(own / "world.sdf"), keepout_mask=str(tmp_path / "keep.yaml")
