@@ -75,11 +75,8 @@ class Past:
     def _show(self, names: list[str], poses: FloatArray, now: float) -> None:
         swarm, present = self.swarm, self._present
         time = self._tick * CONTROL_PERIOD
-        swarm.descriptions, swarm.map, swarm.stations = (
-            present.descriptions,
-            present.map,
-            present.stations,
-        )
+        swarm.descriptions, swarm.map = present.descriptions, present.map
+        swarm.stations, swarm.layout = present.stations, present.layout
         if swarm.names != names or self.fleet.names != names:
             swarm.names = names
             self.fleet.assemble(names, swarm.descriptions)

@@ -62,7 +62,7 @@ class PlanView:
         """Draw what changes more slowly: the hall, who there is, states, waits, ways, queues."""
         raster = swarm.map
         if raster is not None:
-            key = id(raster), is_dark, tuple(swarm.stations)
+            key = id(raster), is_dark, tuple(swarm.stations), id(swarm.layout)
             if self._sent.get("still key") != key:
                 self._sent["still key"] = key
                 (x, y), (width, height) = raster.origin, raster.size
@@ -70,9 +70,12 @@ class PlanView:
                     [name, float(place[0]), float(place[1])]
                     for name, place in swarm.stations.items()
                 ]
+                layout = [_flat(points) for points in swarm.layout]
                 image = _url(map_image(raster, DARK if is_dark else LIGHT))
                 still = {"x": x, "y": y, "width": width, "height": height, "image": image}
-                self._send("setStill", still | {"isDark": is_dark, "stations": stations})
+                self._send(
+                    "setStill", still | {"isDark": is_dark, "stations": stations, "layout": layout}
+                )
         robots = tuple(swarm.names), tuple(map(id, meshes.values()))
         if self._sent.get("robots key") != robots:
             self._sent["robots key"] = robots

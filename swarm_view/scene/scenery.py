@@ -1,4 +1,4 @@
-"""The fixed scene, drawn once: floor map, bodies, stations, circuits; and the walkers."""
+"""The fixed scene, drawn once: floor map, bodies, stations, circuits, layout; and the walkers."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from swarm_common.model.palette import RGB, linear
 from swarm_common.model.records import FloatArray
 from swarm_describe.files.meshes import open_mesh
 from swarm_view.scene.images import map_image
-from swarm_view.scene.shapes import polyline
-from swarm_view.state.decode import Raster
+from swarm_view.scene.shapes import lifted, polyline, raised
+from swarm_view.state.decode import Raster, layout_points
 
 LOG = logging.getLogger(__name__)
 FLIPPED = (0.0, 1.0, 0.0, 0.0)  # about x: viser's images look down and hang upside down
@@ -86,6 +86,21 @@ class Scenery:
                     _rgb(marker),
                     thickness=LINE_PIXELS,
                     thickness_units="screen",  # cheaper than metres
+                )
+            elif marker.type == Marker.LINE_LIST:
+                lines = layout_points([marker], Marker.LINE_LIST).reshape(-1, 2, 2)
+                self._scene.add_line_segments(
+                    f"/world/{marker.ns}", raised(lines, FLOOR), _rgb(marker),
+                    thickness=LINE_PIXELS, thickness_units="screen",
+                )  # fmt: skip
+            elif marker.type == Marker.POINTS:
+                self._scene.add_point_cloud(
+                    f"/world/{marker.ns}",
+                    lifted(layout_points([marker], Marker.POINTS), FLOOR),
+                    _rgb(marker),
+                    point_size=marker.scale.x,
+                    point_shape="circle",
+                    point_shading="flat",
                 )
         for number, ((kind, color, is_tall), group) in enumerate(solids.items()):
             boxes = [_box(marker) for marker in group]

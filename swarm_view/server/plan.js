@@ -193,6 +193,7 @@ plan.draw = () => {
     context.lineWidth = 1;
     context.stroke();
   }
+  plan.drawLayout(context);
   plan.drawStations(context);
   const spots = plan.spots();
   const own = crew.kinds.map((kind) => (crew.shapes[kind]?.radius ?? 0.2) * plan.scale);
@@ -232,6 +233,22 @@ plan.drawAxes = (context, ink) => {
   context.strokeStyle = ink;
   context.lineWidth = 1;
   context.stroke();
+};
+// The layout of a fleet control: dots at its nodes, lines from node to node; numbers are millimetres.
+plan.drawLayout = (context) => {
+  const [nodes, ends] = plan.still.layout, at = (list, index) => plan.pixel(list[index] / 1000, list[index + 1] / 1000);
+  context.strokeStyle = context.fillStyle = plan.isDark ? "#91a7ff" : "#4c5fc0";
+  context.lineWidth = 1;
+  context.beginPath();
+  for (let index = 0; index < ends.length; index += 4) {
+    context.moveTo(...at(ends, index));
+    context.lineTo(...at(ends, index + 2));
+  }
+  context.stroke();
+  for (let index = 0; index < nodes.length; index += 2) {
+    const [right, down] = at(nodes, index);
+    context.fillRect(right - 2, down - 2, 4, 4);
+  }
 };
 plan.drawStations = (context) => {
   for (const [, x, y] of plan.still.stations) {

@@ -95,6 +95,17 @@ def station_places(markers: list[Any]) -> dict[str, FloatArray]:
     return {str(name): np.array([place.x, place.y, place.z]) for name, place in named.items()}
 
 
+def layout_points(markers: list[Any], kind: int) -> FloatArray:
+    """Return points (n, 2) in map of a fleet control's layout.
+
+    Args:
+        markers: All markers of the scene, of any kind.
+        kind: `Marker.POINTS` for its nodes; `Marker.LINE_LIST` for its edges, two points each.
+    """
+    points = [(p.x, p.y) for m in markers if m.type == kind for p in m.points]
+    return np.array(points, np.float64).reshape(-1, 2)
+
+
 def places(stamped: Any) -> FloatArray:
     """Return the places (n, 2) of messages with a pose, of a path or a cloud of particles."""
     points = [(p.pose.position.x, p.pose.position.y) for p in stamped]

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
+from visualization_msgs.msg import Marker
 
 from swarm_common.middleware import cdr
 from swarm_common.middleware.ros_io import tick_of
@@ -39,6 +40,7 @@ class Swarm:
         descriptions: URDF by robot.
         markers: Bodies of the scene; None before it is known.
         stations: Places (3,) of their labels in map, by name.
+        layout: Nodes and ends of edges (n, 2) in map of a fleet control's layout.
         movers: Markers of the other moving bodies.
         verdict: swarm_interfaces/Verdict; None before the first.
         revision: Grows whenever scene, map, names or descriptions change.
@@ -53,6 +55,7 @@ class Swarm:
         self.trails = Trails()
         self.markers: list[Any] | None = None
         self.stations: dict[str, FloatArray] = {}
+        self.layout: tuple[FloatArray, FloatArray] = np.zeros((0, 2)), np.zeros((0, 2))
         self.movers: list[Any] = []
         self.map: Raster | None = None
         self.verdict: Any = None
@@ -129,6 +132,8 @@ class Swarm:
         elif topic == topics.SCENE:
             self.markers = decode.message(topic, data).markers
             self.stations = decode.station_places(self.markers)
+            read = decode.layout_points
+            self.layout = read(self.markers, Marker.POINTS), read(self.markers, Marker.LINE_LIST)
             self.revision += 1
         elif topic == topics.MAP:
             self.map = decode.raster(decode.message(topic, data))

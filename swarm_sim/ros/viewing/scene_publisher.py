@@ -11,6 +11,7 @@ from rclpy.serialization import serialize_message
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
+from swarm_common.files.layout_io import LAYOUT_FILE, TrackLayout, read_layout
 from swarm_common.middleware import ros_io
 from swarm_common.middleware.cdr import TransformsWriter
 from swarm_common.model.records import FloatArray, Pose
@@ -25,6 +26,7 @@ WALKER_HEIGHT = 1.7  # [m]
 BASE = "base_footprint"
 STATION, CIRCUIT = (0.18, 0.55, 0.34, 0.9), (0.90, 0.60, 0.00, 0.9)  # colours
 KEEPOUT, SLOW = (0.84, 0.37, 0.30, 0.5), (0.94, 0.89, 0.26, 0.5)
+LAYOUT, LAYOUT_SIZE = (0.35, 0.45, 0.75, 0.9), (0.03, 0.12)  # colour; [m] of edges and nodes
 ZONE_HEIGHT = 0.01  # [m]
 MOVER_TICKS = 5  # between two moments for which the trace keeps people and objects
 GRAIN = 1024.0  # parts of a metre and a radian in the trace: short numbers pack well
@@ -93,7 +95,7 @@ class ScenePublisher:
 
 
 def scene_markers(scene: Scene) -> list[Marker]:
-    """Return the markers of all that never moves: bodies, stations, circuits, zones."""
+    """Return the markers of all that never moves: bodies, stations, circuits, layout, zones."""
     markers: list[Marker] = []
     for body in (*scene.fixed, *scene.decor):
         markers += body_markers(body, "body", len(markers))
@@ -103,6 +105,8 @@ def scene_markers(scene: Scene) -> list[Marker]:
         _line(name, points, number)
         for number, (name, points) in enumerate(scene.sites.circuits.items())
     ]
+    if (path := scene.directory / LAYOUT_FILE).is_file():
+        markers += _layout_markers(read_layout(path)[0])
     zones = scene.sites.zones
     areas = (("keepout", KEEPOUT, keepout_area), ("speed_limit", SLOW, speed_area))
     for space, color, area_of in areas:
@@ -137,6 +141,27 @@ def _line(name: str, points_map: Sequence[Sequence[float]], number: int) -> Mark
     closed = [*points_map, points_map[0]]
     marker.points = [Point(x=float(x), y=float(y), z=0.02) for x, y in closed]
     return marker
+
+
+def _layout_markers(layout: TrackLayout) -> list[Marker]:
+    """Return the edges and the nodes of a fleet control's layout."""
+    places = {
+        node.node_id: Point(x=node.node_position.x, y=node.node_position.y, z=ZONE_HEIGHT)
+        for node in layout.nodes
+        if node.map_id == layout.map_id
+    }
+    ends = [(edge.start_node_id, edge.end_node_id) for edge in layout.edges]
+    lines = [places[end] for pair in ends if places.keys() >= {*pair} for end in pair]
+    markers = []
+    kinds = ("layout_edges", Marker.LINE_LIST, lines), ("layout_nodes", Marker.POINTS, places)
+    for size, (space, kind, points) in zip(LAYOUT_SIZE, kinds, strict=True):
+        marker = marker_of(space, 0, kind, LAYOUT, 0)
+        marker.pose = ros_io.pose_msg(Pose(0.0, 0.0, 0.0))
+        set_scale(marker, size, size, 0.0)
+        marker.points = list(points.values() if isinstance(points, dict) else points)
+        if marker.points:
+            markers.append(marker)
+    return markers
 
 
 class Movers:

@@ -56,6 +56,7 @@ def test_only_what_is_new_is_sent(monkeypatch):
     swarm.stations = {"dock": np.array([1.0, 0.5, 0.0])}
     box = trimesh.creation.box((0.6, 0.4, 0.2))
     mesh = RobotMesh(b"", {}, b"", (), (np.asarray(box.vertices), np.asarray(box.faces)))
+    swarm.layout = np.array([[0.0, 1.0]]), np.array([[0.0, 1.0], [2.0, 1.0]])
     canvas = PlanView(None)
 
     def tell(robot=""):
@@ -70,6 +71,7 @@ def test_only_what_is_new_is_sent(monkeypatch):
     assert first["setCrew"]["shapes"][0]["radius"] == pytest.approx(math.hypot(0.3, 0.2), abs=1e-3)
     assert first["setCrew"]["shapes"][0]["inner"] == 0.2
     assert first["setStill"]["stations"] == [["dock", 1.0, 0.5]]
+    assert first["setStill"]["layout"] == [[0, 1000], [0, 1000, 2000, 1000]]
     assert first["tell"]["waits"] == [[0, 1], [1, 2], [3, 4], [4, 3]]
     assert first["tell"]["chain"] == [0, 1, 2]
     assert first["tell"]["queues"] == [["dock", "d, b"]]

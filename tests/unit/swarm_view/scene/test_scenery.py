@@ -1,13 +1,18 @@
 """What the page shows of who comes and goes beside the robots."""
 
+import json
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from visualization_msgs.msg import Marker
 
+from swarm_common.files.layout_io import LAYOUT_FILE
+from swarm_describe.worlds.reader import load_world
+from swarm_sim.ros.viewing.scene_publisher import scene_markers
 from swarm_view.scene.fleet import RIM_HEIGHT
-from swarm_view.scene.scenery import CUT, CUT_HEIGHT, WHOLE, Scenery
+from swarm_view.scene.scenery import CUT, CUT_HEIGHT, FLOOR, WHOLE, Scenery
 
 
 class Handle:
@@ -58,6 +63,12 @@ class Sheet:
     def __init__(self):
         self.drawn: dict[str, Any] = {}
 
+    def add_line_segments(self, name, points, *_, **__):
+        """Add lines."""
+        self.drawn[name] = points.tolist()
+
+    add_point_cloud = add_line_segments
+
     def add_frame(self, name, **_):
         """Add a root."""
 
@@ -94,3 +105,19 @@ def test_stations_lie_below_the_marks_of_robots():
     ]
     assert len(tops) == 2
     assert all(0.0 < top < RIM_HEIGHT for top in tops)
+
+
+def test_the_layout_of_a_fleet_control_is_drawn(tmp_path):
+    def place(name, x):
+        return {"nodeId": name, "mapId": "hall", "nodePosition": {"x": x, "y": 1.0}}
+
+    nodes = [place("a", 0.0), place("b", 2.0), place("alone", 4.0)]
+    edges = [{"edgeId": name, "startNodeId": "a", "endNodeId": name} for name in ("b", "gone")]
+    (tmp_path / LAYOUT_FILE).write_text(
+        json.dumps({"layouts": [{"layoutId": "l", "nodes": nodes, "edges": edges}]})
+    )
+    scene = replace(load_world("slim_blockage"), file=tmp_path / "world.sdf", bodies=(), decor=())
+    sheet = Sheet()
+    Scenery(SimpleNamespace(scene=sheet)).draw_markers(scene_markers(scene))
+    assert sheet.drawn["/world/layout_edges"] == [[[0.0, 1.0, FLOOR], [2.0, 1.0, FLOOR]]]
+    assert [x for x, *_ in sheet.drawn["/world/layout_nodes"]] == [0.0, 2.0, 4.0]
