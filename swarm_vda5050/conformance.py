@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,6 +17,7 @@ from swarm_vda5050.messages import DriveOrder, Header, Node
 from swarm_vda5050.reading import time_of
 from swarm_vda5050.standard import VERSIONS
 
+EXACT = 0.05  # [m] that a node may be off its place in the layout
 LONGEST = 2000  # characters of a message that the report quotes
 PLAIN = re.compile(r"[A-Za-z0-9_.:-]*")  # ids, as the standard recommends them
 NEW, UPDATE = "new order", "order update"
@@ -51,10 +53,13 @@ RULES = {
     ),
     "stitching": ProtocolRule("an update begins at the last node of the base", (UPDATE,)),
     "base": ProtocolRule("the stitching node is sent again unchanged", (UPDATE,)),
+    "horizon": ProtocolRule(
+        "an update comes before the robot waits at the end of its base", (UPDATE,), is_duty=False
+    ),
     "after cancel": ProtocolRule("a cancelled order is not updated", (UPDATE,)),
     "map": ProtocolRule("nodes are on a map that the robot has", ORDERS),
     "reachable": ProtocolRule("nodes are where robots may be", ORDERS),
-    "layout": ProtocolRule("edges are those of the layout", ORDERS),
+    "layout": ProtocolRule("edges and places of nodes are those of the layout", ORDERS),
     "actions": ProtocolRule("actions and parameters are those of the factsheet", ORDERS),
     "optional fields": ProtocolRule("optional fields are those of the factsheet", ORDERS),
     "available": ProtocolRule("orders are sent to robots that take them", ORDERS),
@@ -93,6 +98,7 @@ class Heard(NamedTuple):
     message: Header | None  # None if it could not be read, or was not
     errors: Sequence[ActiveError]  # that it was answered with
     forgiven: Sequence[str]  # what was wrong, and taken
+    has_waited: bool = False  # whether the robot stood at the end of its base, with a horizon
 
 
 @dataclass(slots=True)
@@ -123,6 +129,7 @@ class Conformance:
         version: str,
         note: Callable[[str], None],
         edges: Collection[tuple[str, str]] | None = None,
+        places: Mapping[str, tuple[float, float]] | None = None,
     ) -> None:
         """Begin with nothing heard.
 
@@ -130,8 +137,10 @@ class Conformance:
             version: Like `2.1`.
             note: Called with what the user is to read.
             edges: Ids of start and end node of the layout's edges; None without a layout.
+            places: Where the layout's nodes are, x and y [m] in map.
         """
         self._version, self._note, self._edges = version, note, edges
+        self._places = places or {}
         self._counts = {name: _Count() for name in RULES}
         self._memories: dict[str, _Memory] = {}
         self._messages = 0
@@ -184,6 +193,8 @@ class Conformance:
         found += self._header_problems(heard, message, memory)
         if isinstance(message, DriveOrder):
             found += self._order_problems(message, memory)
+            if heard.has_waited and message.order_id == memory.order_id:
+                found.append(("horizon", f"the robot waits at the end of '{message.order_id:.80}'"))
         return found
 
     def _header_problems(
@@ -223,6 +234,12 @@ class Conformance:
         for start, end in ends if edges is not None else ():
             if edges is not None and (start.node_id, end.node_id) not in edges:
                 found.append(("layout", f"no edge from '{start.node_id}' to '{end.node_id}'"))
+                break
+        for node in order.nodes:
+            place, own = node.node_position, self._places.get(node.node_id)
+            if place and own and math.dist((place.x, place.y), own) > max(EXACT, place.deviation):
+                text = f"node '{node.node_id:.80}' is at ({place.x:g}, {place.y:g}), not {own}"
+                found.append(("layout", text))
                 break
         return found
 

@@ -328,6 +328,7 @@ class Pilot:
         if not arrival.payload:
             return  # the broker was told to forget what it kept
         message: Header | None
+        has_waited = self.vehicle.waits_for_base
         try:
             if arrival.is_retained:
                 self._note(f"{arrival.topic}: {RETAINED}")
@@ -343,7 +344,9 @@ class Pilot:
         if self._judge is not None:
             forgiven = self._dialect.forgiven
             is_kept, payload = arrival.is_retained, arrival.payload
-            self._judge(Heard(self.name, name, payload, is_kept, message, answers, forgiven))
+            self._judge(
+                Heard(self.name, name, payload, is_kept, message, answers, forgiven, has_waited)
+            )
 
     # Driving
 

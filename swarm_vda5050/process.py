@@ -69,7 +69,12 @@ class VehicleFleet:
         self._ground = ground_of(config)
         self.conformance: Conformance | None = None
         if config["check"]:
-            self.conformance = Conformance(config["version"], self._say, edges_of(config))
+            edges, places = None, {}
+            if config["layout"] is not None:
+                layout, _ = read_layout(Path(config["layout"]))
+                edges = {(edge.start_node_id, edge.end_node_id) for edge in layout.edges}
+                places = {each.node_id: (each.pose[0], each.pose[1]) for each in layout.nodes}
+            self.conformance = Conformance(config["version"], self._say, edges, places)
         self._timed = timed_faults(config["faults"])
         self._address = Address(**config["broker"])
         self._pilots: dict[str, Pilot] = {}
@@ -168,14 +173,6 @@ class VehicleFleet:
             log=self._write_log,
             rejections=self._rejections if self._config["is_in_step"] else None,
         )
-
-
-def edges_of(config: dict[str, Any]) -> set[tuple[str, str]] | None:
-    """Return the ends of the edges of the world's layout; None without one."""
-    if config["layout"] is None:
-        return None
-    layout, _ = read_layout(Path(config["layout"]))
-    return {(edge.start_node_id, edge.end_node_id) for edge in layout.edges}
 
 
 def timed_faults(faults: list[dict[str, Any]]) -> list[tuple[str, float, OrderAction]]:

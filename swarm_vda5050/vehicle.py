@@ -350,6 +350,11 @@ class Vehicle:
         return bool(self._nodes) or any(not action.status.is_final for action in self._all)
 
     @property
+    def waits_for_base(self) -> bool:
+        """Whether the base is used up although the order goes on."""
+        return bool(self._nodes) and not self._nodes[0].released
+
+    @property
     def wants_base(self) -> bool:
         """Whether the base is nearly used up although the order goes on."""
         released = sum(node.released for node in self._nodes)
@@ -429,7 +434,7 @@ class Vehicle:
             raise OrderRejectedError(OrderFault.START_FAR, message, nodeId=first.node_id)
 
     def _check_update(self, order: DriveOrder) -> None:
-        if order.order_id == self._cancelled:
+        if order.order_id == self._cancelled or self._cancel is not None:
             raise OrderRejectedError(OrderFault.CANCELLED, "the order was cancelled")
         base = [node for node in self._nodes if node.released]
         end = base[-1].key if base else self.last_node

@@ -6,18 +6,18 @@ import json
 import pytest
 
 from swarm_vda5050.conformance import RULES, Conformance, Heard, summary
-from swarm_vda5050.faults import ActiveError, OrderRejectedError
-from tests.fakes.fleet_orders import MAP, Toy, action, along, header, node, order
+from swarm_vda5050.faults import ActiveError, OrderFault, OrderRejectedError
+from tests.fakes.fleet_orders import MAP, SPACING, Toy, action, along, header, node, order
 
 
 class Judged:
     """A toy robot, and the verdict on who sends it messages."""
 
-    def __init__(self, *, is_lenient=False, edges=None):
+    def __init__(self, *, is_lenient=False, edges=None, places=None):
         self.toy = Toy()
         self.toy.dialect.is_lenient = is_lenient
         self.notes: list[str] = []
-        self.conformance = Conformance("2.1", self.notes.append, edges)
+        self.conformance = Conformance("2.1", self.notes.append, edges, places)
         self.count = 0
 
     def hear(self, topic, content, *, is_retained=False, **changes):
@@ -27,14 +27,17 @@ class Judged:
         told |= {k: v for k, v in copy.deepcopy(content).items() if k not in header()} | changes
         self.renumber(told)
         data, message, forgiven = json.dumps(told).encode(), None, []
+        has_waited = self.toy.vehicle.waits_for_base
         try:
+            if is_retained:
+                raise OrderRejectedError(OrderFault.VALIDATION, "kept")
             message = self.toy.dialect.read(topic, data)
         except OrderRejectedError as error:
             answers = [ActiveError(error.fault, str(error), {})]
         else:
             forgiven = self.toy.dialect.forgiven
             answers = self.toy.vehicle.receive(message)
-        heard = Heard("Srobot1", topic, data, is_retained, message, answers, forgiven)
+        heard = Heard("Srobot1", topic, data, is_retained, message, answers, forgiven, has_waited)
         self.conformance.judge(heard)
 
     def renumber(self, told):
@@ -139,3 +142,61 @@ def test_a_lenient_one_takes_what_it_understands_and_says_what_it_forgave():
     for word in ("x is '2.0'", "theta is 9", "maximumSpeed is a field of 3.0"):
         assert word in schema["first"]["problem"]
     assert MAP == "hall"
+
+
+class Master:
+    """A small fleet control, right but for one planted fault."""
+
+    def __init__(self, fault):
+        edges = {(f"n{number}", f"n{number + 1}") for number in range(9)}
+        places = {f"n{number}": (SPACING * number, 0.0) for number in range(10)}
+        self.fault = fault
+        self.judged = Judged(edges=edges, places=places)
+
+    def work(self):
+        """Send an order, its update, a cancel and the next order."""
+        toy, send = self.judged.toy, self.judged.hear
+        content = along(0, 1, 3)
+        if self.fault == "a wrong place":
+            content["nodes"][3]["nodePosition"]["y"] += 0.4
+        send("order", content)
+        if self.fault == "a late update":
+            toy.drive()
+        update = along(1, 3, 3, update=1)
+        if self.fault == "a gap":
+            for part in (*update["nodes"][1:], *update["edges"]):
+                part["sequenceId"] += 2
+        if self.fault == "a wrong stitch":
+            update["nodes"][0]["nodePosition"]["x"] += 0.4
+        send("order", update, **({"headerId": 1} if self.fault == "the same headerId" else {}))
+        toy.step()
+        send("instantActions", actions("cancelOrder"))
+        if self.fault == "an order before the cancel ends":
+            send("order", along(1, 2, 2, "early"))
+        if self.fault == "a cancel that is ignored":
+            send("order", along(3, 4, 4, update=2))
+        toy.wait(1.0)
+        number = round(toy.pose.x / SPACING)
+        send("order", along(number, number + 1, number + 1, "B"))
+        if self.fault == "a stale order":
+            send("order", along(0, 1, 1, "old"), is_retained=True)
+
+
+@pytest.mark.parametrize(
+    ("fault", "rules"),
+    [
+        ("", set()),
+        ("a gap", {"structure"}),
+        ("a wrong place", {"layout"}),
+        ("a wrong stitch", {"base", "layout"}),
+        ("a late update", {"horizon"}),
+        ("the same headerId", {"headerId"}),
+        ("an order before the cancel ends", {"one order"}),
+        ("a cancel that is ignored", {"after cancel"}),
+        ("a stale order", {"retained"}),
+    ],
+)
+def test_a_fault_planted_into_a_fleet_control_is_named(fault, rules):
+    master = Master(fault)
+    master.work()
+    assert set(master.judged.broken) == rules
