@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import run
-from swarm_bench.runs.scenario import Scenario, load_scenario
+from swarm_bench.runs.scenario import Scenario, check_size, load_scenario
 from swarm_commander.cli import session
 from swarm_common.model.records import RobotSpec
 from swarm_describe.robots import loading
@@ -22,6 +23,7 @@ def run_scenario(
     seed: int = 0,
     brain: str = "ours",
     parameters: Mapping[str, Any] | None = None,
+    time_limit: float | None = None,
 ) -> RunResult:
     """Run a scenario on the bench to its end.
 
@@ -30,12 +32,17 @@ def run_scenario(
         robots: Number of robots; None for the scenario's first.
         brain: What decides for each robot: ours, dwa, orca, or `module:Class`.
         parameters: Navigators' parameters by dotted name, in place of the defaults.
+        time_limit: [s] of simulated time, in place of the scenario's limit or duration.
 
     Raises:
         SwarmError: If a file or a value is unusable.
     """
     chosen = scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario))
     count = chosen.robots[0] if robots is None else robots
+    if time_limit is not None:
+        limits = {check_size(count, "robots"): time_limit}
+        end = {"duration": time_limit} if chosen.duration else {"time_limit": limits}
+        chosen = replace(chosen, **end)
     return run(
         RunOptions(
             scenario=chosen, robots=count, seed=seed, method=brain, parameters=parameters or {}

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.breaches import Collision
 from swarm_common.model.errors import SwarmError
 from swarm_workbench import Pixel, Pose, Swarm, Trajectories, load_robot, load_world, run_scenario
@@ -195,6 +196,13 @@ def test_worlds_that_come_along_have_a_map_and_stations():
     assert world.map.cells.shape[0] > 50
 
 
+def test_a_scenario_ends_at_the_time_limit_that_is_given():
+    assert run_scenario("doorway", robots=2, time_limit=5.0).sim_time == pytest.approx(5.0, abs=0.2)
+    endless = Scenario(name="endless", world="doorway", mission="change_rooms", duration=60.0)
+    result = run_scenario(endless, robots=2, time_limit=5.0)
+    assert result.sim_time == pytest.approx(5.0, abs=0.2)
+
+
 def test_arguments_of_the_wrong_sort_are_refused_in_words():
     for robots in ("two", [2], 2.5, 0):
         with pytest.raises(SwarmError, match=r"robots is .*expected a swarm size"):
@@ -204,6 +212,9 @@ def test_arguments_of_the_wrong_sort_are_refused_in_words():
     for seed in (-1, 1.5, "one"):
         with pytest.raises(SwarmError, match="seed"):
             run_scenario("doorway", robots=2, seed=seed)
+    for limit in (-1.0, 0, "soon", float("nan"), 1e308):
+        with pytest.raises(SwarmError, match="time_limit"):
+            run_scenario("doorway", robots=2, time_limit=limit)
     for scenario in (3, None):
         with pytest.raises(SwarmError, match="unknown scenario"):
             run_scenario(scenario)
