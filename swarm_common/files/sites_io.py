@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from swarm_common.files.convert import convert, read
-from swarm_common.files.zones_io import Masks, ZonesEntry, make_zones
+from swarm_common.files.zones_io import Mask, Masks, ZonesEntry, make_zones, with_lanes
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose
 from swarm_common.model.schema import Name, Polygon, PoseNumbers, Schema, told
@@ -28,9 +28,12 @@ class SitesFile(Schema):
     places: Places | None = None
     charging: Stations | None = None
     zones: ZonesEntry | None = None
+    lanes: Mask | None = None  # likewise `zones.lanes`
     groups: dict[Name, Stations] | None = None
 
     def __post_init__(self) -> None:
+        if self.lanes is not None and self.zones is not None and self.zones.lanes is not None:
+            raise ConfigError("lanes: zones names lanes, too; expected one of them")
         stations = self.stations or {}
         named = {"charging": self.charging or ()}
         named |= {f"groups.{name}": names for name, names in (self.groups or {}).items()}
@@ -59,7 +62,7 @@ def load_sites(path: str | Path, masks: Masks | None = None) -> Sites:
             for name, value in (file.spawns or {}).items()
         },
         places=tuple(Pose(*pose) for pose in file.places or ()),
-        zones=make_zones(file.zones, path, masks or {}),
+        zones=make_zones(with_lanes(file.zones, file.lanes), path, masks or {}),
         charging=tuple(dict.fromkeys(file.charging or ())),
         groups={name: tuple(dict.fromkeys(names)) for name, names in (file.groups or {}).items()},
     )

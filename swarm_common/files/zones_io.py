@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import yaml
-from msgspec import Meta
+from msgspec import Meta, structs
 
 from swarm_common.files.convert import convert
 from swarm_common.files.map_io import load_map
@@ -106,6 +106,11 @@ Masks = Mapping[str, Path | None]
 """Files of masks by their key, in place of those of the sites file; None for no mask."""
 
 
+def with_lanes(entry: ZonesEntry | None, lanes: Mask | None) -> ZonesEntry | None:
+    """Return zones with the lanes that stand beside them in a sites file."""
+    return entry if lanes is None else structs.replace(entry or ZonesEntry(), lanes=lanes)
+
+
 def make_zones(entry: ZonesEntry | None, path: Path, masks: Masks) -> Zones:
     """Return the zones of a sites file.
 
@@ -139,6 +144,8 @@ def copy_masks(path: Path, masks: Masks, folder: Path) -> dict[str, Any] | None:
     """Copy the masks of a sites file; return its content with the copies, None if it has none."""
     data = read_yaml(path, may_be_empty=True) if path.is_file() else {}
     zones = dict(data.get("zones") or {})
+    if (lanes := data.pop(LANES, None)) is not None:
+        zones[LANES] = lanes
     zones |= {key: mask and str(mask.absolute()) for key, mask in masks.items()}
     entries = {key: zones[key] for key in MASKS if zones.get(key) is not None}
     if not entries and not masks:

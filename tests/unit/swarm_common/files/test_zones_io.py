@@ -189,3 +189,19 @@ def test_masks_of_the_command_line_replace_those_of_the_file(tmp_path):
     (tmp_path / "new.pgm").unlink()
     (tmp_path / "copy" / "sites.yaml").write_text(f"zones: {content['zones']}")
     assert limits(load_sites(tmp_path / "copy" / "sites.yaml").zones)[4:6] == [0.2, 0.4]
+
+
+def test_lanes_beside_the_zones_are_those_of_the_zones(tmp_path):
+    write_mask(tmp_path, "lanes", "type: 0", "base: 0", "multiplier: 1", "mode: raw", greys=(5, 0))
+    path = tmp_path / "sites.yaml"
+    path.write_text(f"lanes: lanes.yaml\nzones: {{keepout: [{{name: a, points: {SQUARE}}}]}}\n")
+    zones = load_sites(path).zones
+    assert zones.lanes is not None
+    assert [zone.name for zone in zones.keepout] == ["a"]
+    content = copy_masks(path, {}, tmp_path / "copy")
+    assert "lanes" not in content
+    assert content["zones"]["lanes"] == "lanes/lanes.yaml"
+    assert "lanes" not in copy_masks(path, {"lanes": None}, tmp_path / "none")["zones"]
+    path.write_text("lanes: lanes.yaml\nzones: {lanes: lanes.yaml}\n")
+    with pytest.raises(ConfigError, match=r"sites.yaml: lanes: zones names lanes, too"):
+        load_sites(path)
