@@ -176,7 +176,7 @@ class RealSwarm:
         names += [
             f"UDP port {item.laddr.port}"
             for item in psutil.net_connections("udp4")
-            if item.laddr.port in ports and item.pid != os.getpid()  # of nodes of the tests
+            if item.laddr.port in ports and not is_test(item.pid)  # whose nodes may live on
         ]
         return names + [f"segment {name}" for name in self._segments if (SHARED / name).exists()]
 
@@ -197,6 +197,15 @@ class RealSwarm:
                 self.popen.wait(END_LIMIT / 2)
         self.popen.kill()
         self.popen.wait()
+
+
+def is_test(pid: int | None) -> bool:
+    """Whether a process is a run of tests, this one or one beside it."""
+    with contextlib.suppress(psutil.Error):
+        return pid is not None and any(
+            "pytest" in Path(part).name for part in psutil.Process(pid).cmdline()[:4]
+        )
+    return False
 
 
 @pytest.fixture
