@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
-from swarm_common.files.map_io import map_of_world
+from swarm_common.files.map_io import load_map, map_of_world
 from swarm_common.model.zones import Lanes, Zones
 from swarm_mission.mission import Mission
 
@@ -82,7 +82,11 @@ def _mark(mission: Mission) -> str:
 
 def _digest_of(world: Path) -> str:
     map_file = map_of_world(world)
-    return _hash(world.read_bytes() + (b"" if map_file is None else map_file.read_bytes()))
+    if map_file is None:
+        return _hash(world.read_bytes())
+    grid = load_map(map_file)  # of the file alone, a wall that is painted over would not be noticed
+    place = repr((grid.resolution, grid.origin_x, grid.origin_y, grid.cells.shape))
+    return _hash(world.read_bytes() + place.encode() + grid.cells.tobytes())
 
 
 def _hash(data: bytes) -> str:

@@ -43,12 +43,7 @@ class PolicyConfig(Schema):
 
     observation: Literal["dict", "flat"] = "dict"  # parts by name, or all in one row
     normalise: bool = False  # whether observations and actions are from -1 to 1
-    parts: tuple[Part, ...] = (
-        "scan",
-        "goal",
-        "twist",
-        "neighbours",
-    )
+    parts: tuple[Part, ...] = ("scan", "goal", "twist", "neighbours")
     rays: Count | None = None  # sectors of the scan, each with its least range; None: all rays
     stack: Count = 1  # scans, those of the last steps
     neighbours: Count = 4  # most that are seen in a set

@@ -15,7 +15,7 @@ from swarm_bench.lanes.learning import MOST_LOST, Traffic, lanes_of, lost_time
 from swarm_bench.runs.episode import RunOptions, check, prepare
 from swarm_bench.runs.harness import run
 from swarm_bench.runs.scenario import Scenario
-from swarm_common.files.map_io import load_map, save_mask
+from swarm_common.files.map_io import load_map, map_path, save_mask
 from swarm_common.files.sites_io import load_sites
 from swarm_common.files.zones_io import LEARNED, load_lanes
 from swarm_common.model.errors import ConfigError
@@ -220,3 +220,23 @@ def test_what_could_not_be_learned_is_refused_before_the_first_run(
     assert caught.value.code == 2
     assert words in capfd.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_wall_painted_into_the_map_changes_what_lanes_say_of_the_world(tmp_path):
+    """The file of the map was compared, and not the image that it names."""
+    world = tmp_path / "world.sdf"
+    shutil.copy(find_world("slim_blockage"), world)
+    shutil.copy(map_path("slim_blockage"), tmp_path / "map.yaml")
+    image = shutil.copy(map_path("slim_blockage").with_suffix(".pgm"), tmp_path)
+    before = made_for(world, [], 2)
+    pixels = bytearray(Path(image).read_bytes())
+    pixels[len(pixels) // 2] ^= 0xFF
+    Path(image).write_bytes(bytes(pixels))
+    assert made_for(world, [], 2)["world"] != before["world"]
+
+
+def test_lanes_that_come_along_are_for_their_world():
+    world = find_world("slim_blockage")
+    lanes = load_sites(world.with_name("sites.yaml")).zones.lanes
+    assert lanes is not None
+    assert lanes.learned["world"] == made_for(world, [], 2)["world"]
