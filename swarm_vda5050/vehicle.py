@@ -319,10 +319,9 @@ class Vehicle:
 
     def _follows(self, index: int) -> bool:
         """Whether the robot follows the line of one of the next edges."""
-        if is_followed(self._edges[index]) or not self.zones.has_lines:
-            return is_followed(self._edges[index])
-        _, line = self._lines(index + 1)[index]
-        return self.zones.guides(line)
+        if is_followed(self._edges[index]):
+            return True
+        return self.zones.has_lines and self.zones.guides(self._lines(index + 1)[index][1])
 
     def _way_of(self, index: int) -> tuple[bool, bool]:
         is_line = self._follows(index)

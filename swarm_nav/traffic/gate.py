@@ -3,10 +3,10 @@
 Beyond a density the flow through a narrow region falls as more robots enter it (the fundamental
 diagram of traffic; perimeter control: Daganzo 2007, Keyvan-Ekbatani et al. 2012). A robot in the
 open whose path leads into such a region enters while fewer robots than the region has room for were
-seen in it by anybody (`swarm_nav.perception.absence`), and while few are on the last metres before
-it: those that are admitted, and those that ask from nearer to where its way enters. So the mouth is
-fed by those who stand there, and never by a crowd. Otherwise it waits in the open, wherever a place
-is free. Each robot decides alone.
+seen in it by anybody (`swarm_nav.perception.absence`), and while few wait inside for a station or
+are on the last metres before it: those that are admitted, and those that ask from nearer to where
+its way enters. So the mouth is fed by those who stand there, and never by a crowd. Otherwise it
+waits in the open, wherever a place is free. Each robot decides alone.
 
 The gate is subordinate to the priorities, with driving and waiting robots counted alike. A robot
 that ranks so above all others that are inside, admitted or ask, enters however many they are, and
@@ -254,7 +254,7 @@ class Gate:
             self.leave()
 
     def _ahead(self, robot: RobotView, priority: int) -> tuple[int, bool]:
-        """Count robots that are admitted, or ask from nearer to the mouth, without blocked ones.
+        """Count robots admitted, or asking from nearer to the mouth, not blocked; or holding inside.
 
         Returns:
             The number, and true if no robot inside, admitted or asking ranks higher.
