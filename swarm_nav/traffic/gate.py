@@ -254,7 +254,7 @@ class Gate:
             self.leave()
 
     def _ahead(self, robot: RobotView, priority: int) -> tuple[int, bool]:
-        """Count robots admitted, or asking from nearer to the mouth, not blocked; or holding inside.
+        """Count robots admitted, or asking from nearer to the mouth, or that hold inside.
 
         Returns:
             The number, and true if no robot inside, admitted or asking ranks higher.
