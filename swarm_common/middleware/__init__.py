@@ -5,6 +5,7 @@ What a module imports of its folder stands above it:
     addresses       Addresses of this machine and of others
     rcl_take        Receives serialized messages from rcl itself, which says who sent them
     rclpy_compat    The private parts of rclpy that we use, all in one place
+    graph_watch     Says whether the ROS graph has changed
     rejections      Inputs that the doors of a process reject
     other_ros       Keeps a sourced ROS 2 that this Python cannot use out of our processes
     ros_env         Environment of ROS 2 that every process of a swarm wants

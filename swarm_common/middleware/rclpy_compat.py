@@ -39,12 +39,15 @@ PARTS: tuple[tuple[Any, str], ...] = (
     (_rclpy, "Service"),
     (_rclpy, "Subscription"),
     (_rclpy, "WaitSet"),
+    (_rclpy.Node, "pointer"),
     (_rclpy.Subscription, "pointer"),
     (_rclpy.Subscription, "destroy_when_not_in_use"),
     (_rclpy.Service, "service_take_request"),
     (_rclpy.Service, "service_send_response"),
     (_rclpy.WaitSet, "add_subscription"),
     (_rclpy.WaitSet, "clear_entities"),
+    (_rclpy.WaitSet, "is_ready"),
+    (_rclpy.WaitSet, "pointer"),
     (_rclpy.WaitSet, "wait"),
     (Node.__init__, "_services"),
     (Node.__init__, "_time_source"),
@@ -136,10 +139,10 @@ def removable_subscription(
     return node.create_subscription(kind, name, callback, quality, event_callbacks=silent)
 
 
-def wait_set(context: Context, capacity: int) -> Any:
-    """Return a wait set for a number of subscriptions."""
+def wait_set(context: Context, subscriptions: int = 0, guards: int = 0) -> Any:
+    """Return a wait set for a number of subscriptions and guard conditions."""
     with context.handle:
-        return _rclpy.WaitSet(capacity, 0, 0, 0, 0, 0, context.handle)
+        return _rclpy.WaitSet(subscriptions, guards, 0, 0, 0, 0, context.handle)
 
 
 class SafeExecutor(_rclpy.EventsExecutor):  # type: ignore[misc]  # rclpy has no types

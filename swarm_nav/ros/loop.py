@@ -6,10 +6,12 @@ import contextlib
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from rclpy.context import Context
 from rclpy.executors import Executor, ExternalShutdownException
 
+from swarm_common.middleware.graph_watch import GraphWatch
 from swarm_common.middleware.ros_poll import Waiter, drain
 from swarm_nav.ros.node import NavigatorNode
 
@@ -43,6 +45,7 @@ class TickLoop:
     def __init__(self, slots: Sequence[Slot], context: Context) -> None:
         self._slots = list(slots)
         self._waiter = Waiter(context, len(slots))
+        self._graph = GraphWatch(context)
         self._requests_due = 0.0
         self._request_period = REQUEST_PERIOD
         self._tick = 0
@@ -67,9 +70,10 @@ class TickLoop:
         if now >= self._requests_due:
             self._record_ticks(now)
             self._requests_due = now + self._request_period
+            has_changed = self._graph.has_changed(self._slots[0].node.node)
             for slot in self._slots:
-                self._try(slot, lambda slot=slot: drain(slot.executor))  # type: ignore[misc]
-                self._try(slot, lambda slot=slot: slot.node.look_around(now))  # type: ignore[misc]
+                self._try(slot, partial(drain, slot.executor))
+                self._try(slot, partial(slot.node.look_around, now, has_changed))
         return self._dismiss()
 
     @property
@@ -106,7 +110,7 @@ class TickLoop:
         period = WAIT_SLICE if len(self._slots) == 1 else PACK_SLICE
         self._try(first, lambda: first.executor.spin_once(timeout_sec=period))
         for slot in others:
-            self._try(slot, lambda slot=slot: drain(slot.executor))  # type: ignore[misc]
+            self._try(slot, partial(drain, slot.executor))
 
     def _try(self, slot: Slot, work: Callable[[], object]) -> None:
         """Run the work of one navigator, so that its failure does not affect the others."""

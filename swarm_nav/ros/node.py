@@ -380,14 +380,15 @@ class NavigatorNode:
         self._tasks.report(self.tick, ended)
         self._views.publish(self.tick)
 
-    def look_around(self, now: float) -> None:
+    def look_around(self, now: float, has_graph_changed: bool) -> None:
         """Check for clients, for plans that wait, and for a mission that has been silent too long.
 
         Args:
             now: [s] of wall time.
+            has_graph_changed: Whether the ROS graph has since the last call.
         """
         # The first tick was answered by all before there is a second one.
-        self._on_demand.look(now, has_begun=self.tick > 0)
+        self._on_demand.look(now, has_begun=self.tick > 0, has_changed=has_graph_changed)
         self._answers.look(self.tick, now)
         if self._brain is not None:
             self._plans.look(self.tick)

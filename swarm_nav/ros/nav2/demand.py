@@ -3,7 +3,8 @@
 Nine of a navigator's ten action servers and most of its services are used by few robots of a large
 swarm, and never by most. Each of them costs every process that knows the robot, so that announcing
 them all takes longer than everything else when a large swarm starts. What is wanted shows in the
-graph: a client announces itself, and then waits until its server is there.
+graph: a client announces itself, and then waits until its server is there. The graph is asked only
+after it has changed.
 
 In a small swarm they all come, subscriptions at once, the others one after the other once the swarm
 has begun, as together they take as long as all the rest of a robot's start.
@@ -12,7 +13,7 @@ has begun, as together they take as long as all the rest of a robot's start.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from rclpy.expand_topic_name import expand_topic_name
@@ -32,6 +33,24 @@ class Offer:
     count: str = "clients"  # or subscribers, publishers: who asks for it
 
 
+class _Queue(deque[Offer]):
+    """Offers whose clients are counted in portions; the front is next."""
+
+    unseen = 0  # offers at the front that were not counted since the graph changed
+
+    def take_wanted(self, has_client: Callable[[Offer], bool]) -> Iterator[Offer]:
+        """Count the clients of a portion, and take out the offers that have some."""
+        looked = 0
+        while self.unseen and looked < LOOK_NAMES:
+            offer = self.popleft()
+            self.unseen -= 1
+            looked += len(offer.names)
+            if has_client(offer):
+                yield offer
+            else:
+                self.append(offer)
+
+
 class OnDemand:
     """Creates what is offered when its first client appears, or soon after the start."""
 
@@ -43,9 +62,10 @@ class OnDemand:
         """
         self._node = node
         self._is_eager = is_eager
-        self._soon: deque[Offer] = deque()  # come in any case
-        self._offers: deque[Offer] = deque()  # come with a client
+        self._soon = _Queue()  # come in any case
+        self._offers = _Queue()  # come with a client
         self._due = 0.0
+        self._is_new = False  # there is an offer since the last look
         self._started: float | None = None
 
     def offer(
@@ -79,6 +99,7 @@ class OnDemand:
             create()
         else:
             self._offers.appendleft(Offer(self._full([topic]), create, "publishers"))
+            self._is_new = True
 
     def _full(self, names: Sequence[str]) -> list[str]:
         name, space = self._node.get_name(), self._node.get_namespace()
@@ -86,6 +107,7 @@ class OnDemand:
 
     def _add(self, offer: Offer, is_rare: bool) -> None:
         (self._soon if self._is_eager and not is_rare else self._offers).append(offer)
+        self._is_new = True
 
     def offer_actions(
         self, names: Sequence[str], create: Callable[[], object], *, is_rare: bool = False
@@ -98,32 +120,30 @@ class OnDemand:
         """
         self.offer([f"{name}/_action/send_goal" for name in names], create, is_rare=is_rare)
 
-    def look(self, now: float, *, has_begun: bool) -> None:
+    def look(self, now: float, *, has_begun: bool, has_changed: bool) -> None:
         """Create the next offer that needs no client, or what has got one.
 
         Args:
             now: [s] of wall time.
             has_begun: Whether all robots of the swarm are there.
+            has_changed: Whether the graph has changed since the last look.
         """
+        if has_changed or self._is_new:
+            self._is_new = False
+            for offers in (self._soon, self._offers):
+                offers.unseen = len(offers)
         if self._started is None:
             self._started = now
         if self._soon and (has_begun or now - self._started > START_TIME):
             self._soon.popleft().create()
+            self._soon.unseen = max(0, self._soon.unseen - 1)
             return
         if now < self._due:
             return
         self._due = now + LOOK_PERIOD
         for offers in (self._soon, self._offers):
-            looked = 0
-            for _ in range(len(offers)):
-                offer = offers.popleft()
-                if self._has_client(offer):
-                    offer.create()
-                else:
-                    offers.append(offer)
-                looked += len(offer.names)
-                if looked >= LOOK_NAMES:
-                    break
+            for offer in offers.take_wanted(self._has_client):
+                offer.create()
 
     def _has_client(self, offer: Offer) -> bool:
         with self._node.handle:
