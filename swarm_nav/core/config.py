@@ -150,7 +150,7 @@ class HoldingConfig(ParameterGroup):
     mode: str = "auto"  # where to wait for a station: circuit | park | auto
     request_distance: float = 4.0  # [m] at which a station is asked for; left free before an aisle
     hold_distance: float = 3.0  # [m] from the station at which a robot without its turn holds
-    approach_slots: int = 3  # robots on the last metres to a station, or into a narrow region
+    approach_slots: int = 3  # robots on the last metres to a station, or that wait in a region
     circuit_spacing: float = 6.0  # [m] of circuit per robot below which `auto` parks
     search_distance: float = 8.0  # [m] of driving to a parking place
     region_density: float = 0.38  # [1/m²] of robots in a narrow region with stations; 0: no gate

@@ -3,15 +3,15 @@
 Beyond a density the flow through a narrow region falls as more robots enter it (the fundamental
 diagram of traffic; perimeter control: Daganzo 2007, Keyvan-Ekbatani et al. 2012). A robot in the
 open whose path leads into such a region enters while fewer robots than the region has room for were
-seen in it by anybody (`swarm_nav.perception.absence`), and while few wait inside for a station or
-are on the last metres before it: those that are admitted, and those that ask from nearer to where
-its way enters. So the mouth is fed by those who stand there, and never by a crowd. Otherwise it
-waits in the open, wherever a place is free. Each robot decides alone.
+seen in it by anybody (`swarm_nav.perception.absence`), while few wait inside for a station, and
+while few are on the last metres before it: those that are admitted, and those that ask from nearer
+to where its way enters. So the mouth is fed by those who stand there, and never by a crowd.
+Otherwise it waits in the open, wherever a place is free. Each robot decides alone.
 
 The gate is subordinate to the priorities, with driving and waiting robots counted alike. A robot
-that ranks so above all others that are inside, admitted or ask, enters however many they are, and
-so does the holder of a lease that inherits from such a robot. A robot that waits for a lease does
-not ask, and a robot that is blocked on its way to the mouth takes no place.
+that ranks so above all others that are inside, admitted or ask, enters after a while however many
+they are, and so does the holder of a lease that inherits from such a robot. A robot that waits for
+a lease does not ask, and a robot that is blocked on its way to the mouth takes no place.
 
 Plain corridors are left alone: they have no station to wait for, and robots only pass.
 """
@@ -42,6 +42,8 @@ LEAST_AREA = 16.0  # [m²] of a region; fewer robots than that has room for are 
 MOST_AREA = 260.0  # [m²] of a region; a larger one has room for a swarm of 100
 WAY_POINTS = 60  # path points, 3 m, in which the region's border is looked for
 SEEN_TICKS = 150  # for which a robot counts as inside since it was seen there
+MOST_COMING = 6  # robots on the last metres before a region
+TURN_TICKS = 3000  # after which the highest robot waits no longer
 
 label_of = label_at.py_func  # for one point cheaper than the call of a kernel
 
@@ -182,9 +184,10 @@ class Gate:
                 return
             self.asked_tick = robot.tick
             self._look_at(robot)
-        ahead, is_highest = self._ahead(robot, priority())
-        self.is_admitted = is_highest or (
-            ahead < config.approach_slots
+        coming, waiting, is_highest = self._ahead(robot, priority())
+        self.is_admitted = (is_highest and robot.tick - self.asked_tick >= TURN_TICKS) or (
+            coming < MOST_COMING
+            and waiting < config.approach_slots
             and self._seen_inside(robot) < max(1.0, config.region_density * self._part_area)
         )
 
@@ -253,14 +256,14 @@ class Gate:
         if self.region is not None and gate_kernels.entry(self.region, frame, way) < 0:
             self.leave()
 
-    def _ahead(self, robot: RobotView, priority: int) -> tuple[int, bool]:
-        """Count robots admitted, or asking from nearer to the mouth, or that hold inside.
+    def _ahead(self, robot: RobotView, priority: int) -> tuple[int, int, bool]:
+        """Count robots that enter before this one, and those that hold inside.
 
         Returns:
-            The number, and true if no robot inside, admitted or asking ranks higher.
+            Both numbers, and true if no robot inside, admitted or asking ranks higher.
         """
         neighbors = robot.neighbors
-        count, is_highest, self.first = gate_kernels.count_ahead(
+        coming, waiting, is_highest, self.first = gate_kernels.count_ahead(
             self.region,
             robot.planner.lattice.frame,
             neighbors.gate_columns,
@@ -268,4 +271,4 @@ class Gate:
             (priority & SENIORITY, robot.robot_id, robot.wait_ticks),
             (*self._mouth, robot.distance_to(*self._mouth)),
         )
-        return int(count), bool(is_highest)
+        return int(coming), int(waiting), bool(is_highest)

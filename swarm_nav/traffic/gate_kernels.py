@@ -68,11 +68,10 @@ def count_ahead(
     robots: tuple[NDArray[np.uint32], NDArray[np.int64], NDArray[np.bool_]],
     own: tuple[int, int, int],
     mouth: tuple[float, float, float],
-) -> tuple[int, bool, int]:
-    """Count the robots that enter before this one.
+) -> tuple[int, int, bool, int]:
+    """Count the robots that enter before this one, and those that wait inside for a station.
 
-    These are admitted, or ask from nearer to the mouth, and are not blocked on their way; or they
-    wait inside for a station.
+    The first are admitted, or ask from nearer to the mouth, and are not blocked on their way.
 
     Args:
         columns: `GateColumns` as a plain tuple.
@@ -82,14 +81,15 @@ def count_ahead(
             from there [m].
 
     Returns:
-        Their number, whether none of those with a goal that are inside, admitted or ask ranks above
+        Both numbers, whether none of those with a goal that are inside, admitted or ask ranks above
         this robot, and the id of the highest of those that count or are inside, 0 without any.
     """
     poses, gate_ticks, blocked, modes = GateColumns(*columns)
     ids, priorities, gone = Robots(*robots)
     seniority, own_id, patience = own
     x, y, distance = mouth
-    count = 0
+    coming = 0
+    waiting = 0
     is_highest = True
     first = 0
     highest = np.int64(-1)
@@ -102,15 +102,15 @@ def count_ahead(
             if not gone[k] and priorities[k] > SENIORITY:  # that has a goal
                 is_highest = False
         if inside:
-            count += modes[k] == MODE_HOLD
+            waiting += modes[k] == MODE_HOLD
         else:
             is_nearer = math.hypot(poses[k, 0] - x, poses[k, 1] - y) < distance
             if blocked[k] > patience or not (gate_ticks[k] == 1 or is_nearer):
                 continue
-            count += 1
+            coming += 1
         if theirs > highest:
             first, highest = np.int64(ids[k]), theirs
-    return count, is_highest, first
+    return coming, waiting, is_highest, first
 
 
 @njit(cache=True)

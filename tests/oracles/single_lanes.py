@@ -46,12 +46,12 @@ def count_ahead(
     patience: int,
     mouth: Point,
     distance: float,
-) -> tuple[int, bool, int]:
-    """Return how many are admitted or nearer, not blocked, or hold inside; and if none is higher.
+) -> tuple[int, int, bool, int]:
+    """Return how many are admitted or nearer, not blocked; how many hold inside; if none is higher.
 
     And the id of the highest of them and of those inside; of equal ones the smaller.
     """
-    counted, ahead, is_highest = [], 0, True
+    counted, coming, waiting, is_highest = [], 0, 0, True
     for robot in robots:
         inside = is_inside(region, frame, robot.place)
         if not inside and robot.gate_tick == 0:
@@ -60,10 +60,11 @@ def count_ahead(
         is_highest &= not (above and robot.has_goal and not robot.is_gone)
         is_nearer = math.dist(robot.place, mouth) < distance
         goes_first = robot.blocked <= patience and (robot.gate_tick == 1 or is_nearer)
-        ahead += robot.holds if inside else goes_first
+        waiting += inside and robot.holds
+        coming += not inside and goes_first
         if inside or goes_first:
             counted.append(robot.rank)
-    return ahead, is_highest, -max(counted)[1] if counted else 0
+    return coming, waiting, is_highest, -max(counted)[1] if counted else 0
 
 
 def components(mask: NDArray[np.bool_]) -> list[frozenset[tuple[int, int]]]:
