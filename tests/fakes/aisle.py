@@ -22,7 +22,7 @@ BARS: list[Bar] = [
 ]
 HOMES = [
     Pose(0.8 + 1.1 * column, 0.8 + 1.1 * row, 0.0)
-    for row, column in itertools.product(range(2), range(4))
+    for row, column in itertools.product(range(3), range(4))
 ]
 
 
