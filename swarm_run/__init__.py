@@ -11,6 +11,7 @@ What a module imports of its folder stands above it:
     host_options      Options of a run on several hosts, checked once
     loop              The loop of a run in one process: all robots sense, decide, act
     fleet_link        How the robots reach a fleet control of another maker
+    packing           Number of navigators that share a process
     spec              The one description of a run: `RunSpec`
     params            Parameter files: defaults, the robot's data, the user's overrides for
                       navigators and world

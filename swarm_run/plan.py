@@ -324,7 +324,7 @@ class RunPlan:
         }
 
     def _courier_shares(self) -> list[list[str]]:
-        size = max(self.spec.pack, -(-len(self.alive) // COURIERS))
+        size = max(self.spec.pack_size, -(-len(self.alive) // COURIERS))
         return [self.alive[first : first + size] for first in range(0, len(self.alive), size)]
 
     def courier_configs(self, homes_map: Sequence[Pose], map_file: Path) -> list[dict[str, Any]]:

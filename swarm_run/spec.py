@@ -40,6 +40,7 @@ from swarm_run.domain import DomainLock, domain_id
 from swarm_run.fleet_link import FleetLink, fleet_link
 from swarm_run.host_options import Role, check_combination
 from swarm_run.listing import world_names
+from swarm_run.packing import parse_pack
 
 SIZE_LIMIT = 100  # robots, without --over-limit
 DEFAULT_SIZE = 5
@@ -156,7 +157,10 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
             help="Who decides: decentral, central, central-with-fallback, or a fleet control alone."
         ),
     ] = Coordination.DECENTRAL
-    pack: Annotated[Count, _simulation(help="Navigators per process.")] = 1
+    pack: Annotated[
+        str | int | None,
+        _simulation(show_default="1", help="Navigators per process, or auto: by the processors."),
+    ] = None
     until_done: Annotated[bool, _mission("--until-done", help="Stop when the mission is done.")] = (
         False
     )
@@ -323,6 +327,16 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
         return parse_speed(self.speed, in_real_time=self.has_viewer or self.mission is None)
 
     @property
+    def pack_size(self) -> int:
+        """Navigators per process."""
+        return parse_pack(self.pack, self.size, self._most_processes)
+
+    @property
+    def _most_processes(self) -> int:
+        """Navigator processes that DDS has ids for on a host."""
+        return MOST_PARTICIPANTS - TERMINALS - participants_of(self.size, 0)
+
+    @property
     def rviz_windows(self) -> Sequence[str]:
         """Windows of RViz: names of robots, `swarm` or `merged`."""
         if self.rviz is None:
@@ -363,7 +377,7 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
     @property
     def processes(self) -> int:
         """Navigator processes."""
-        return -(-self.size // self.pack)
+        return -(-self.size // self.pack_size)
 
     @property
     def masks(self) -> dict[str, Path | None]:
@@ -416,18 +430,18 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
         self._check_recording()
         self._check_external()
         self._check_vda5050()
-        if self.bind and self.pack != 1:
+        if self.bind and self.pack is not None:
             raise ConfigError("--pack belongs to the robots' hosts: give it with --role robots")
         return self
 
     def _check_processes(self) -> None:
         """Refuse more processes than DDS has ids for on a host; they would wait for ever."""
-        most = MOST_PARTICIPANTS - TERMINALS - participants_of(self.size, 0)
-        if not self.bind and self.size > self.pack * most:
+        most = self._most_processes
+        if not self.bind and self.size > self.pack_size * most:
             least = -(-self.size // most) if most > 0 else 0
             hint = f"put several in each with --pack {max(least, 10)}, or " if least else ""
             raise ConfigError(
-                f"--swarm-size {self.size} with --pack {self.pack} makes"
+                f"--swarm-size {self.size} with --pack {self.pack_size} makes"
                 f" {self.processes} navigator processes; DDS has ids for"
                 f" {max(most, 0)} of them on one host: {hint}use several hosts (--role)"
             )

@@ -34,6 +34,7 @@ from swarm_common.model.errors import ConfigError, SwarmError
 from swarm_common.process.compiled_code import is_compiled
 from swarm_common.process.home import NAME, cache_base, can_be_written
 from swarm_run.domain import domain_id
+from swarm_run.packing import parse_pack
 from swarm_setup.build import ensure_interfaces, foreign_interfaces, stale_interfaces
 from swarm_setup.compiled import ensure_compiled
 
@@ -294,10 +295,10 @@ def _own_dds(environment: Mapping[str, str]) -> str:
 STYLES = {Level.GOOD: "green", Level.WARNING: "yellow", Level.ERROR: "bold red"}
 
 
-@doctor_app.command(epilog="Example: swarm-doctor --swarm-size 100 --pack 10")
+@doctor_app.command(epilog="Example: swarm-doctor --swarm-size 100 --pack auto")
 def doctor(
     swarm_size: Annotated[int, typer.Option(help="Number of robots to check for.")] = 100,
-    pack: Annotated[int, typer.Option(help="Navigators per process.")] = 1,
+    pack: Annotated[str, typer.Option(help="Navigators per process, or auto.")] = "1",
 ) -> None:
     """Check whether this machine is fit for a swarm, and say what to change.
 
@@ -305,9 +306,9 @@ def doctor(
     """
     if not 1 <= swarm_size <= MOST_ROBOTS:
         raise ConfigError(f"--swarm-size is {swarm_size}; expected 1 to {MOST_ROBOTS}")
-    if pack < 1:
-        raise ConfigError(f"--pack is {pack}; it must be 1 or more")
-    findings = examine(look(), swarm_size, domain_id(), pack)
+    most = MOST_PARTICIPANTS - TERMINALS - participants_of(swarm_size, 0)
+    packed = parse_pack(pack, swarm_size, most)
+    findings = examine(look(), swarm_size, domain_id(), packed)
     console = Console(markup=False)  # brackets in a name are none
     console.print(_table(findings, swarm_size))
     if any(finding.level is Level.ERROR for finding in findings):

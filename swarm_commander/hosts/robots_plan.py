@@ -14,6 +14,7 @@ from swarm_common.middleware.secret import FILE_VARIABLE, VARIABLE
 from swarm_common.model.errors import ConfigError
 from swarm_run.domain import domain_id
 from swarm_run.host_options import parse_robots
+from swarm_run.packing import parse_pack
 from swarm_run.spec import RunSpec
 
 # On the robots' side: own options, and what may be stated of the world's side to be compared.
@@ -69,9 +70,10 @@ def robots_plan(spec: RunSpec, stated: Mapping[str, Any], secret: str) -> Robots
         )
     world_address = address_of(connect)
     own = own_address(spec.bind) if spec.bind is not None else address_towards(world_address)
+    numbers = parse_robots(robots)
     plan = RobotsPlan(
-        robots=parse_robots(robots),
-        pack=spec.pack,
+        robots=numbers,
+        pack=parse_pack(spec.pack, len(numbers), MOST_PROCESSES),
         own_address=own,
         world_address=world_address,
         domain=domain_id(),

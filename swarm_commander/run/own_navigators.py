@@ -166,7 +166,7 @@ class OwnNavigators(Navigators):
         self._server.release(
             {
                 "robots": [{**robot, "params": params[robot["name"]]} for robot in self._robots],
-                "pack": self._plan.spec.pack,
+                "pack": self._plan.spec.pack_size,
                 "map": map_file,
                 "log_dir": str(self._run.folder.logs),
             }

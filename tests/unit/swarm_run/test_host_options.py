@@ -67,7 +67,7 @@ def test_what_a_robots_host_refuses(monkeypatch):
         robots_plan(of_robots("1"), {"mission": "loading_route"}, SECRET)
     with pytest.raises(ConfigError, match="with --pack 2"):
         robots_plan(of_robots("1-100"), {}, SECRET)
-    with pytest.raises(ConfigError, match="--pack is 0"):
+    with pytest.raises(ConfigError, match="--pack is '0'"):
         robots_plan(of_robots("1", pack=0), {}, SECRET)
     with pytest.raises(ConfigError, match="needs the secret of the world's host in SWARM_SECRET"):
         robots_plan(of_robots("1"), {}, "")
