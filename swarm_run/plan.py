@@ -413,6 +413,7 @@ class RunPlan:
             "sites": self.sites_file or None,
             "realistic": self.spec.realistic,
             "is_in_step": self._has_pilots,
+            "follows_edges": self.spec.coordination is Coordination.FLEET,
         }
 
 

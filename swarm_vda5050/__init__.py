@@ -6,6 +6,7 @@
     faults       The errors that a robot reports
     actions      The actions that robots offer
     order_check  Whether an order makes sense in itself
+    tally        Orders of a run in numbers
     vehicle      One robot's orders, actions and state: the protocol, without input and output
     zones        Zone sets and releases of version 3.0
     ways         Corridors and trajectories of edges, as ways and floor for the navigator

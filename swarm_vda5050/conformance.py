@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
-from pathlib import Path
 from typing import Any, NamedTuple
 
-from swarm_common.files.storage import write_whole
 from swarm_vda5050.faults import ActiveError, OrderFault
 from swarm_vda5050.messages import DriveOrder, Header, Node
 from swarm_vda5050.reading import time_of
@@ -256,11 +253,12 @@ class Conformance:
             }  # fmt: skip
             self._note(f"{heard.robot}: rule '{name}' ({RULES[name].text}): {problem:.300}")
 
-    def report(self, check: str) -> dict[str, Any]:
+    def report(self, check: str, orders: Mapping[str, Any]) -> dict[str, Any]:
         """Return the verdict for `vda5050.json`.
 
         Args:
             check: `strict` or `lenient`.
+            orders: What became of them, as `tally.in_numbers` returns it.
         """
         rules = [
             {
@@ -280,13 +278,10 @@ class Conformance:
             "version": self._version,
             "check": check,
             "messages": self._messages,
+            "orders": orders,
             "broken": self.broken,
             "rules": rules,
         }
-
-    def write(self, path: Path, check: str) -> None:
-        """Write the report."""
-        write_whole(path, json.dumps(self.report(check), indent=1) + "\n")
 
 
 def _kind_of(heard: Heard, memory: _Memory) -> str:

@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
+from scipy import ndimage
 
-from swarm_common.model.grid import Grid
+from swarm_common.model.grid import KEEPOUT, OCCUPIED, Grid
 from swarm_vda5050.actions import OFFERED, ActionOffer, ActionScope, check_action
 from swarm_vda5050.faults import OrderFault, OrderRejectedError
 from swarm_vda5050.messages import DriveOrder, Edge, Node, OrderAction
@@ -27,6 +28,29 @@ def anywhere(x: float, y: float) -> str:
     return ""
 
 
+def in_none(x: float, y: float) -> int:
+    """Return that no place belongs to a known region."""
+    return 0
+
+
+def regions_of(grid: Grid, room: float) -> Callable[[float, float], int]:
+    """Return what tells the region of a place: floor that walls and keepout zones part from others.
+
+    Args:
+        room: [m] that a robot needs beside it.
+
+    Returns:
+        Number of the region of a place x, y [m] in map; 0 where a robot hardly fits.
+    """
+    closed = grid.cells == OCCUPIED
+    if grid.keepout is not None:
+        closed |= grid.keepout == KEEPOUT
+    cells = max(0.0, room / grid.resolution - 0.5)  # between centres, and one to spare
+    clear = ndimage.distance_transform_edt(np.pad(~closed, 1))[1:-1, 1:-1] > cells
+    regions, _ = ndimage.label(clear, np.ones((3, 3)))
+    return lambda x, y: int(regions[grid.cell_of(x, y)]) if grid.contains(x, y) else 0
+
+
 @dataclass(frozen=True, slots=True)
 class DrivingArea:
     """Where robots may drive."""
@@ -34,6 +58,8 @@ class DrivingArea:
     map_id: str  # id of the only map
     # returns what is in the way at a place x, y [m]; empty if it is free
     obstacle_at: Callable[[float, float], str] = anywhere
+    # returns a number of the floor that hangs together around a place x, y [m]; 0 if unknown
+    region_at: Callable[[float, float], int] = in_none
     # the map
     grid: Grid = field(default_factory=lambda: Grid(np.zeros((1, 1), np.int8), 1.0, 0.0, 0.0))
 
@@ -43,12 +69,14 @@ def check_order(
     ground: DrivingArea,
     offered: Mapping[str, ActionOffer] = OFFERED["2.1"],
     turn_rate: float = math.inf,
+    may_back: bool = True,
 ) -> None:
     """Check structure, places and actions of an order or an update.
 
     Args:
         offered: Actions of the version, by actionType.
         turn_rate: [rad/s] that the robot turns at most.
+        may_back: Whether it drives backwards, too.
 
     Raises:
         RejectedError: For the first thing that is wrong.
@@ -58,7 +86,7 @@ def check_order(
         _check_node(node, ground)
         _check_actions(node.actions, ActionScope.NODE, offered, nodeId=node.node_id)
     for edge, (start, end) in zip(order.edges, pairwise(order.nodes), strict=True):
-        _check_edge(edge, start, end, turn_rate)
+        _check_edge(edge, start, end, turn_rate, may_back)
         _check_actions(edge.actions, ActionScope.EDGE, offered, edgeId=edge.edge_id)
     counts = Counter(action.action_id for action in order.actions)
     for action_id, count in counts.items():
@@ -123,7 +151,7 @@ def _check_node(node: Node, ground: DrivingArea) -> None:
         raise OrderRejectedError(OrderFault.NO_ROUTE, f"{place} is {obstacle}", nodeId=node.node_id)
 
 
-def _check_edge(edge: Edge, start: Node, end: Node, turn_rate: float) -> None:
+def _check_edge(edge: Edge, start: Node, end: Node, turn_rate: float, may_back: bool) -> None:
     corridor = edge.corridor
     unsupported = {
         "corridor.releaseRequired": corridor is not None and corridor.release_required,
@@ -146,7 +174,7 @@ def _check_edge(edge: Edge, start: Node, end: Node, turn_rate: float) -> None:
     if edge.trajectory is not None:
         _check_trajectory(edge, start, end)
     line = line_of(edge, a, b)
-    if problem := heading_problem(edge, line):
+    if problem := heading_problem(edge, line, may_back=may_back):
         _refuse(edge, "orientation", problem)
 
 

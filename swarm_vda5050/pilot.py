@@ -29,7 +29,14 @@ from swarm_common.middleware.ros_io import read_battery
 from swarm_common.middleware.ros_poll import PolledTopic
 from swarm_common.model.battery import BatteryReading, SupplyStatus
 from swarm_common.model.palette import BY_HAND
-from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, wrap_angle
+from swarm_common.model.records import (
+    CONTROL_PERIOD,
+    FloatArray,
+    LidarSpec,
+    Pose,
+    RobotSpec,
+    wrap_angle,
+)
 from swarm_run.robots.client import RobotCommander
 from swarm_run.robots.driver import has_goal, is_final, is_for_good
 from swarm_run.robots.status_check import StatusCheck
@@ -88,6 +95,7 @@ class Pilot:
         *,
         door: StatusCheck,
         is_realistic: bool,
+        follows_edges: bool,
         names: Container[str],
         note: Callable[[str], None],
         judge: Callable[[Heard], None] | None = None,
@@ -103,6 +111,7 @@ class Pilot:
             door: Check of the statuses of all robots.
             names: Names of all robots, for messages about them; may change.
             is_realistic: Whether the robot estimates its pose; otherwise it knows it.
+            follows_edges: See `Vehicle`.
             judge: Counts what the fleet control keeps and breaks; None for no verdict.
             timed: Faults that begin by themselves, with their simulated time [s].
             log: Writes a line for logReport.
@@ -115,6 +124,8 @@ class Pilot:
             spec.circumscribed_radius,
             identity.version,
             spec.max_vel_theta,
+            may_back=_sees_behind(spec.lidar),
+            follows_edges=follows_edges,
         )
         self.vehicle.plan_faults(timed)
         self._judge, self._log = judge, log
@@ -445,7 +456,8 @@ class Pilot:
         if end is not None and end.theta is not None:
             last = Pose(float(path[-1, 0]), float(path[-1, 1]), end.theta)
             message.poses[-1] = ros_io.pose_stamped(last, self._tick)
-        self._begin("follow_path", FollowPath.Goal(path=message))
+        controller = ros_io.BACKWARDS if leg.is_backwards else ""
+        self._begin("follow_path", FollowPath.Goal(path=message, controller_id=controller))
 
     def _limit_speed(self, limit: float) -> None:
         if limit != self._speed_limit:
@@ -660,6 +672,11 @@ class Pilot:
             charging=reading.status is SupplyStatus.CHARGING,
             battery_voltage=battery.voltage,
         )
+
+
+def _sees_behind(lidar: LidarSpec) -> bool:
+    """Whether a LiDAR sees all around; without, a robot drives no edge backwards."""
+    return (lidar.rays + 1) * lidar.angle_increment > math.tau - 1e-3
 
 
 def is_news(state: VehicleState, before: VehicleState) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +13,7 @@ import msgspec
 from swarm_common.files.layout_io import read_layout
 from swarm_common.files.map_io import load_map
 from swarm_common.files.sites_io import load_sites
+from swarm_common.files.storage import write_whole
 from swarm_common.middleware import ros_env
 from swarm_common.middleware.rclpy_compat import SafeExecutor, join_graph
 from swarm_common.middleware.rejections import Rejections
@@ -39,8 +41,9 @@ from swarm_vda5050.conformance import Conformance, summary
 from swarm_vda5050.dialect import Identity
 from swarm_vda5050.link import Address, Link
 from swarm_vda5050.messages import OrderAction, Parameter
-from swarm_vda5050.order_check import DrivingArea
+from swarm_vda5050.order_check import DrivingArea, regions_of
 from swarm_vda5050.pilot import Pilot
+from swarm_vda5050.tally import OrderTally, in_numbers
 from swarm_vda5050.vehicle import LOG_FILE
 
 VERDICT_FILE = "vda5050.json"  # in the run's folder
@@ -66,7 +69,7 @@ class VehicleFleet:
         self._node = join_graph("vda5050")
         self._rejections = Rejections(events, self._node.get_logger().warning)
         self._door = StatusCheck(self._rejections)
-        self._ground = ground_of(config)
+        self._grounds: dict[float, DrivingArea] = {}  # by the room [m] that a robot needs beside it
         self.conformance: Conformance | None = None
         if config["check"]:
             edges, places = None, {}
@@ -78,6 +81,7 @@ class VehicleFleet:
         self._timed = timed_faults(config["faults"])
         self._address = Address(**config["broker"])
         self._pilots: dict[str, Pilot] = {}
+        self.tallies: list[OrderTally] = []  # also of robots that are gone
         self._waiter = Waiter(self._node.context, MOST_TOPICS)
         self.executor = SafeExecutor()
         self.executor.add_node(self._node)
@@ -145,6 +149,11 @@ class VehicleFleet:
     def _say(self, text: str) -> None:
         self._events.write(Note(text))
 
+    def _ground_for(self, room: float) -> DrivingArea:
+        if room not in self._grounds:
+            self._grounds[room] = ground_of(self._config, room)
+        return self._grounds[room]
+
     def _identity_of(self, name: str) -> Identity:
         config = self._config
         return Identity(config["manufacturer"], name, config["version"], config["interface"])
@@ -161,10 +170,11 @@ class VehicleFleet:
             self._node,
             identity,
             spec,
-            self._ground,
+            self._ground_for(spec.inscribed_radius),
             self._address,
             door=self._door,
             is_realistic=self._config["realistic"],
+            follows_edges=self._config["follows_edges"],
             names=self._pilots,
             note=self._say,
             judge=None if self.conformance is None else self.conformance.judge,
@@ -173,6 +183,7 @@ class VehicleFleet:
             log=self._write_log,
             rejections=self._rejections if self._config["is_in_step"] else None,
         )
+        self.tallies.append(self._pilots[name].vehicle.tally)
 
 
 def timed_faults(faults: list[dict[str, Any]]) -> list[tuple[str, float, OrderAction]]:
@@ -195,10 +206,14 @@ def timed_faults(faults: list[dict[str, Any]]) -> list[tuple[str, float, OrderAc
     ]
 
 
-def ground_of(config: dict[str, Any]) -> DrivingArea:
-    """Return where robots may drive: free cells of the map, outside of keepout zones."""
-    grid = load_map(config["map"]).upright()
+def ground_of(config: dict[str, Any], room: float) -> DrivingArea:
+    """Return where robots may drive: free cells of the map, outside of keepout zones.
+
+    Args:
+        room: [m] that a robot needs beside it.
+    """
     sites = load_sites(config["sites"]) if config["sites"] else Sites()
+    grid = sites.zones.mark(load_map(config["map"]).upright())
 
     def obstacle_at(x: float, y: float) -> str:
         """Return what is in the way at a place; empty if it is free."""
@@ -209,7 +224,7 @@ def ground_of(config: dict[str, Any]) -> DrivingArea:
         zone = sites.zones.keepout_at(x, y)
         return f"in {zone}" if zone else ""
 
-    return DrivingArea(config["map_id"], obstacle_at, grid)
+    return DrivingArea(config["map_id"], obstacle_at, regions_of(grid, room), grid)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -240,8 +255,8 @@ def main(arguments: list[str] | None = None) -> int:
                     events.write(Note("the MQTT broker ended; it is started again"))
     fleet.close()
     if fleet.conformance is not None:
-        fleet.conformance.write(verdict, config["check"])
-        report = fleet.conformance.report(config["check"])
+        report = fleet.conformance.report(config["check"], in_numbers(fleet.tallies))
+        write_whole(verdict, json.dumps(report, indent=1) + "\n")
         is_failed = config["check"] == "strict" and bool(report["broken"])
         events.write(FleetJudged(summary(report), str(verdict), is_failed=is_failed))
     if broker is not None:

@@ -39,7 +39,8 @@ from swarm_vda5050.messages import (
 )
 from swarm_vda5050.order_check import MAP_VERSION, STOP_RADIUS, DrivingArea, check_order
 from swarm_vda5050.simulated_faults import DRIVES_ON, SIMULATED, SimulatedFaults
-from swarm_vda5050.ways import corridor_area, is_followed, keeps_heading, line_of
+from swarm_vda5050.tally import OrderTally
+from swarm_vda5050.ways import corridor_area, is_backwards, is_followed, keeps_heading, line_of
 from swarm_vda5050.zones import ZoneKeeper
 
 PASS_RADIUS = 0.7  # [m] around a node without allowedDeviationXY: that of NavigateThroughPoses
@@ -68,14 +69,15 @@ class RobotSenses:
 
 
 class DriveLeg(NamedTuple):
-    """Nodes to drive through without a stop, to the last; `max_speed` [m/s] holds to the first.
+    """Nodes to drive through without a stop, forwards or backwards, to the last.
 
-    With a `heading` [rad] the robot turns to it before it sets off.
+    `max_speed` [m/s] holds to the first. The robot turns to a `heading` [rad] before it sets off.
     """
 
     nodes: tuple[Node, ...]
     max_speed: float | None
     heading: float | None = None
+    is_backwards: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +104,7 @@ class Vehicle:
         senses: How the robot was last; None before the first word of it.
         zones: Its zone sets; of 3.0.
         simulated: Faults on demand.
+        tally: Orders so far.
     """
 
     def __init__(
@@ -111,6 +114,9 @@ class Vehicle:
         radius: float = 0.0,
         version: str = "2.1",
         turn_rate: float = math.inf,
+        *,
+        may_back: bool = True,
+        follows_edges: bool = False,
     ) -> None:
         """Begin without an order.
 
@@ -118,12 +124,16 @@ class Vehicle:
             offered: Actions of the version, by actionType.
             radius: [m] of the robot's body.
             turn_rate: [rad/s] that it turns at most.
+            may_back: Whether it drives backwards, too.
+            follows_edges: Whether it follows edges without a corridor, in place of ways of its own.
         """
+        self._follows_edges = follows_edges
         self.zones = ZoneKeeper(ground.map_id, radius)
         self.simulated = SimulatedFaults(version)
+        self.tally = OrderTally()
         self._timed: list[tuple[float, OrderAction]] = []  # instant actions of ours, by time [s]
         self._answers: list[ActiveError] = []  # to the message that is being received
-        self._radius, self._turn_rate = radius, turn_rate
+        self._radius, self._turn_rate, self._may_back = radius, turn_rate, may_back
         self.order_id = ""
         self.order_update_id = 0
         self.last_node = ("", 0)
@@ -212,6 +222,7 @@ class Vehicle:
             was_busy = self.is_busy
             self._drop_order(BY_HAND)
             if was_busy:
+                self.tally.given_up += 1
                 self._drive_error = ActiveError(
                     OrderFault.DRIVING, BY_HAND, {"orderId": self.order_id}
                 )
@@ -220,6 +231,7 @@ class Vehicle:
             self._pass_nodes(before.pose_map)
         self.zones.look(self._way, senses.utc)
         self._advance()
+        self.tally.pass_time(senses.now, is_busy=self.is_busy and self._cancel is None)
 
     def arrive(self, end: tuple[str, int]) -> None:
         """The robot stands at the end of a leg.
@@ -269,7 +281,8 @@ class Vehicle:
         if count == 0:
             return None
         speed = self._edges[0].max_speed if self._edges else None
-        return DriveLeg(tuple(self._nodes[:count]), speed, self._heading)
+        is_backwards = bool(self._edges) and self._is_backwards(0)
+        return DriveLeg(tuple(self._nodes[:count]), speed, self._heading, is_backwards)
 
     @property
     def _heading(self) -> float | None:
@@ -281,7 +294,8 @@ class Vehicle:
         here = self.senses.pose_map
         near = int(np.hypot(line[:-1, 0] - here.x, line[:-1, 1] - here.y).argmin())
         dx, dy = line[near + 1] - line[near]
-        return math.atan2(dy, dx)
+        ahead = math.atan2(dy, dx)
+        return wrap_angle(ahead + math.pi) if self._is_backwards(0) else ahead
 
     def turn_at(self, end: tuple[str, int]) -> float:
         """Return how far [rad] to turn at a node before the robot has its heading; 0 if it has."""
@@ -319,13 +333,20 @@ class Vehicle:
 
     def _follows(self, index: int) -> bool:
         """Whether the robot follows the line of one of the next edges."""
-        if is_followed(self._edges[index]):
+        edge = self._edges[index]
+        if is_followed(edge) or (self._follows_edges and edge.corridor is None):
             return True
         return self.zones.has_lines and self.zones.guides(self._lines(index + 1)[index][1])
 
-    def _way_of(self, index: int) -> tuple[bool, bool]:
+    def _is_backwards(self, index: int) -> bool:
+        """Whether the robot drives one of the next edges backwards."""
+        edge = self._edges[index]
+        return edge.orientation is not None and is_backwards(edge, self._lines(index + 1)[index][1])
+
+    def _way_of(self, index: int) -> tuple[bool, bool, bool]:
         is_line = self._follows(index)
-        return is_line, self._edges[index].corridor is not None and not is_line
+        has_corridor = self._edges[index].corridor is not None and not is_line
+        return is_line, has_corridor, self._is_backwards(index)
 
     @property
     def _way(self) -> list[tuple[float, float]]:
@@ -395,7 +416,8 @@ class Vehicle:
     # Orders
 
     def _accept(self, order: DriveOrder) -> None:
-        check_order(order, self._ground, self._offered, self._turn_rate)
+        check_order(order, self._ground, self._offered, self._turn_rate, self._may_back)
+        self._check_ways(order)
         if self.is_manual or self.simulated.is_lost:
             why = "does not know where it is" if self.simulated.is_lost else "is driven by hand"
             raise OrderRejectedError(OrderFault.NOT_AVAILABLE, f"the robot {why}")
@@ -416,6 +438,18 @@ class Vehicle:
         self.order_update_id = order.order_update_id
         self._content = order.content
         self._rejections.pop(DriveOrder, None)
+
+    def _check_ways(self, order: DriveOrder) -> None:
+        """Refuse nodes to which no way leads on the map."""
+        find = self._ground.region_at
+        here = 0 if self.senses is None else find(self.senses.pose_map.x, self.senses.pose_map.y)
+        for node in order.nodes:
+            place = node.node_position
+            assert place is not None
+            region = find(place.x, place.y)
+            if here and region not in (0, here):
+                message = f"walls are all around ({place.x:g}, {place.y:g}): no way leads there"
+                raise OrderRejectedError(OrderFault.NO_ROUTE, message, nodeId=node.node_id)
 
     def _check_new(self, order: DriveOrder) -> None:
         if self.is_busy or self._cancel is not None:
@@ -457,6 +491,8 @@ class Vehicle:
 
     def _begin(self, order: DriveOrder) -> None:
         """Forget the order before, and stand at the first node of this one."""
+        assert self.senses is not None
+        self.tally.begin(self.senses.now)
         self.order_id = order.order_id
         _remember(self._used, order.order_id, None)
         self._actions.clear()
@@ -746,6 +782,7 @@ class Vehicle:
             run.fail("there is no such order")
             raise OrderRejectedError(OrderFault.NO_ORDER, "there is no such order", orderId=wanted)
         self._cancel = run
+        self.tally.given_up += 1
         for action in self._all:
             action.fail("cancelled")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -68,24 +69,40 @@ def keeps_heading(edge: Edge) -> bool:
     return is_fixed or edge.orientation is not None
 
 
-def heading_problem(edge: Edge, line: FloatArray) -> str:
-    """Return why a robot that drives forwards cannot have the orientation of an edge, if so.
+def _off_way(edge: Edge, line: FloatArray) -> list[float]:
+    """Return the angles [rad] between the orientation of an edge and the directions of its line."""
+    if edge.orientation is None:
+        return [0.0]
+    if edge.orientation_type != "GLOBAL":
+        return [abs(wrap_angle(edge.orientation))]
+    steps = np.diff(line, axis=0)
+    ways = np.arctan2(steps[:, 1], steps[:, 0]).tolist()
+    return [abs(wrap_angle(edge.orientation - way)) for way in ways]
+
+
+def is_backwards(edge: Edge, line: FloatArray) -> bool:
+    """Whether the orientation of an edge is against its direction, all along its line.
 
     Args:
         line: (n, 2) [m] in map, of the edge.
     """
-    if edge.orientation is None:
+    return min(_off_way(edge, line)) >= math.pi - ALONG
+
+
+def heading_problem(edge: Edge, line: FloatArray, *, may_back: bool) -> str:
+    """Return why a robot cannot have the orientation of an edge; empty if it can.
+
+    Args:
+        line: (n, 2) [m] in map, of the edge.
+        may_back: Whether the robot drives backwards, too.
+    """
+    off = max(_off_way(edge, line))
+    if off <= ALONG or (may_back and is_backwards(edge, line)):
         return ""
-    steps = np.diff(line, axis=0)
-    ways = (
-        np.arctan2(steps[:, 1], steps[:, 0]) if edge.orientation_type == "GLOBAL" else np.zeros(1)
-    )
-    off = max(abs(wrap_angle(edge.orientation - way)) for way in ways.tolist())
-    if off <= ALONG:
-        return ""
+    ways = "forwards or backwards only" if may_back else "forwards only: it does not see behind"
     return (
         f"orientation is {edge.orientation:g} ({edge.orientation_type}), {off:.2f} rad off the way:"
-        " this robot drives forwards only"
+        f" this robot drives {ways}"
     )
 
 

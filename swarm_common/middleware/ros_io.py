@@ -48,6 +48,7 @@ STATIC_TRANSFORMS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LO
 TRANSFORMS = QoSProfile(depth=100)
 START, MOST_DIGITS = "start_at_tick ", 12  # of a goal that begins later
 ANY_HEADING = "any_heading"  # `behavior_tree` of a goal whose last pose is one of position only
+BACKWARDS = "backwards"  # `controller_id` of a path that is driven backwards
 
 
 def time_msg(tick: int) -> Time:

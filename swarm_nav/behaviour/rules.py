@@ -23,7 +23,7 @@ from swarm_nav.core.plugins import RULE_NAMES, Report, rule_names
 from swarm_nav.core.states import State
 from swarm_nav.interfaces import Proposal, RuleEvent
 from swarm_nav.interfaces import RuleEventKind as Kind
-from swarm_nav.traffic.arbiter import TrafficRule
+from swarm_nav.traffic.arbiter import STAND, TrafficRule
 from swarm_nav.traffic.held_space_rules import DropUnused, KeepApart, StopBeforeObstacle
 from swarm_nav.traffic.lease import QUEUE_STEP, Lease
 from swarm_nav.traffic.robot_state import RobotView
@@ -39,6 +39,7 @@ INTERRUPT, RESUME, STRAYED, FOLLOW, DRIVEN, EXCUSED, CAUTIOUS = (
         Kind.DRIVEN, Kind.EXCUSED, Kind.CAUTIOUS,
     )
 )  # fmt: skip
+FOLLOW_BACK = replace(FOLLOW, is_reverse=True)
 
 
 class MakeWay:
@@ -230,14 +231,16 @@ class Drive:
         task = self._p.goal_manager.task
         if self._p.state_machine.state is not State.DRIVING or task is None:
             return None
+        if task.goal.is_reverse and not (robot.is_standing or robot.tube.is_reverse):
+            return STAND
         proposal = self._route.propose(task)
         if task.given is None:
             return proposal
-        return (
-            FOLLOW
-            if proposal is None
-            else replace(proposal, events=FOLLOW.events + proposal.events)
-        )
+        follow = FOLLOW_BACK if task.goal.is_reverse else FOLLOW
+        if proposal is None:
+            return follow
+        events = follow.events + proposal.events
+        return replace(proposal, events=events, is_reverse=follow.is_reverse)
 
 
 class CheckProgress:

@@ -46,7 +46,8 @@ class Goal:
     path_map: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
     angle: float = 0.0  # [rad] of SPIN, relative, signed
     distance: float = 0.0  # [m] of BACKUP and DRIVE_ON_HEADING, positive
-    is_reverse: bool = False  # whether DRIVE_ON_HEADING goes back; BACKUP always does
+    # whether FOLLOW_PATH or DRIVE_ON_HEADING is driven backwards; BACKUP always is
+    is_reverse: bool = False
     speed: float = 0.0  # [m/s] of BACKUP and DRIVE_ON_HEADING, positive
     # [s] to wait (WAIT), or the time allowance of the other behaviours (0: none)
     duration: float = 0.0

@@ -94,6 +94,7 @@ class Arbiter:
         self._s = robot
         self._single_lanes = single_lanes
         self.winner = GO_ON
+        self._is_reverse: bool | None = None  # as proposed in this tick
         self._retracted_tick = self._retracting_since = -1000
 
     @property
@@ -108,7 +109,7 @@ class Arbiter:
         Args:
             on_event: Applies an event to goal and state.
         """
-        self.winner = GO_ON
+        self.winner, self._is_reverse = GO_ON, None
         for rule in rules:
             proposal = rule.propose(self._s)
             if proposal is not None:
@@ -138,7 +139,7 @@ class Arbiter:
         if proposal.more is not None:
             tube.lengthen(proposal.more)
         if proposal.is_reverse is not None:
-            tube.is_reverse = proposal.is_reverse
+            tube.is_reverse = self._is_reverse = proposal.is_reverse
 
     def _release_beyond(self, last: int) -> None:
         """Give up held space beyond a point, but not what the robot needs to stop."""
@@ -261,7 +262,7 @@ class Arbiter:
             turn = controller.turn_to(winner.yaw, s.pose, s.twist)
             rate = max(-winner.most_rate, min(winner.most_rate, turn.wz))
             return Twist(turn.vx, turn.vy, rate)
-        if winner.is_reverse is None:
+        if self._is_reverse is None:
             is_reverse = controller.is_reverse(tube, s.pose, s.twist, may_back)
             if is_reverse is None:
                 return controller.stop(s.twist)

@@ -107,8 +107,10 @@ def on_wire(topic: str, content: Mapping[str, Any], version: str) -> bytes:
 class Toy:
     """A vehicle on a robot that is where it is told to be at once."""
 
-    def __init__(self, identity: Identity = OF_2) -> None:
-        self.vehicle = Vehicle(DrivingArea(MAP), identity.offered, radius=0.2)
+    def __init__(
+        self, identity: Identity = OF_2, ground: DrivingArea | None = None, **robot: Any
+    ) -> None:
+        self.vehicle = Vehicle(ground or DrivingArea(MAP), identity.offered, 0.2, **robot)
         self.dialect = Dialect(identity)
         self.now = 0.0
         self.pose = Pose(0.0, 0.0, 0.0)

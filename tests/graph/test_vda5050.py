@@ -203,6 +203,17 @@ def test_a_fleet_control_drives_the_swarm(swarm):
     )  # half the corridor's width, and what the pose may err
     assert min(math.hypot(at["x"] - 2.5, at["y"] - 1.5) for at in track) > 1.2
     assert listener.state("Srobot1")["errors"] == []
+    count = len(listener.all("Srobot1", "visualization"))
+    content = order_from(listener.state("Srobot1"), "astern", 3.0, -2.0)
+    content["edges"][0]["orientation"] = 3.14
+    listener.send("Srobot1", "order", content)
+    listener.wait(lambda: listener.state("Srobot1")["orderId"] == "astern", "it takes the order")
+    listener.wait(lambda: listener.state("Srobot1")["nodeStates"] == [], "it drives backwards")
+    speeds = [m["velocity"]["vx"] for m in listener.all("Srobot1", "visualization")[count:]]
+    assert min(speeds) < -0.1
+    assert max(speeds) < 0.05
+    assert abs(listener.state("Srobot1")["agvPosition"]["theta"]) > 2.8
+    assert listener.state("Srobot1")["errors"] == []
     count = len(listener.all("Srobot2", "connection"))
     kill_broker(up)
     listener.wait(lambda: len(listener.all("Srobot2", "connection")) > count, "the broker is back")

@@ -25,7 +25,7 @@ from nav2_msgs.msg import MissedWaypoint
 
 from swarm_common.middleware.cdr import MOST_SPEED
 from swarm_common.middleware.rejections import RejectedError
-from swarm_common.middleware.ros_io import ANY_HEADING, pose_stamped, start_in
+from swarm_common.middleware.ros_io import ANY_HEADING, BACKWARDS, pose_stamped, start_in
 from swarm_common.model.records import CONTROL_PERIOD, Pose, Twist
 from swarm_nav.core.goals import (
     UNKNOWN_CODES,
@@ -95,6 +95,7 @@ def goal_from_request(
     goal fails with Nav2's code.
     A tick at which the goal is to begin travels in `behavior_tree`, see `start_in`; or that the
     robot keeps the heading in which it arrives (`ANY_HEADING`): the last pose's yaw is NaN then.
+    `controller_id` of a path says whether it is driven `BACKWARDS`.
 
     Args:
         to_map: Brings a pose of a known frame to map; refuses one more than 1000 m off it.
@@ -126,7 +127,8 @@ def goal_from_request(
             loops=loops,
         )
     if kind is GoalKind.FOLLOW_PATH:
-        return path_goal(goal_id, request, to_map, reach)
+        goal = path_goal(goal_id, request, to_map, reach)
+        return dataclasses.replace(goal, is_reverse=request.controller_id == BACKWARDS)
     return _behavior_goal(kind, goal_id, request, reach)
 
 

@@ -31,6 +31,7 @@ goals = st.one_of(
     st.builds(
         Goal,
         kind=st.just(GoalKind.FOLLOW_PATH),
+        is_reverse=st.booleans(),
         path_map=st.tuples(places, places).map(
             lambda ends: np.linspace((ends[0].x, ends[0].y), (ends[1].x, ends[1].y), 30)
         ),

@@ -54,7 +54,7 @@ class Judged:
 
     @property
     def report(self):
-        return self.conformance.report("strict")
+        return self.conformance.report("strict", {})
 
 
 def good(judged):

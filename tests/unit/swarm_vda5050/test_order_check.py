@@ -23,9 +23,22 @@ def test_orientations_along_the_way_are_taken_and_others_named():
     for more in ({"orientation": 0.1}, {"orientation": 0.0, "orientationType": "GLOBAL"}):
         content["edges"][0] |= more | {"rotationAllowed": False, "maxRotationSpeed": 2.0}
         assert fault_of(content) is None
-    content["edges"][0] |= {"orientation": 3.14}
-    with pytest.raises(OrderRejectedError, match="drives forwards only"):
-        check_order(msgspec.convert(content, DriveOrder), DrivingArea(MAP), turn_rate=1.0)
+    for orientation, may_back, word in ((1.6, True, "or backwards only"), (3.14, False, "behind")):
+        content["edges"][0] |= {"orientation": orientation}
+        told = msgspec.convert(content, DriveOrder)
+        with pytest.raises(OrderRejectedError, match=word):
+            check_order(told, DrivingArea(MAP), turn_rate=1.0, may_back=may_back)
+
+
+@pytest.mark.parametrize("kind", ["GLOBAL", "TANGENTIAL"])
+def test_an_orientation_against_the_way_is_taken(kind):
+    content = along(0, 1, 1)
+    content["edges"][0] |= {"orientation": -3.0, "orientationType": kind}
+    assert fault_of(content) is None
+    bent = content["edges"][0] | {"trajectory": nurbs((0.0, 0.0), (1.0, 1.0), (2.0, 0.0))}
+    content["edges"][0] = bent
+    expected = OrderFault.UNSUPPORTED if kind == "GLOBAL" else None  # partly across
+    assert fault_of(content) is expected
 
 
 def test_a_good_order_passes_and_one_with_too_many_nodes_does_not():
@@ -72,7 +85,7 @@ def test_a_broken_structure_is_invalid(change):
         ),
         (lambda o: o["edges"][0].update(orientation=1.0), OrderFault.UNSUPPORTED),
         (
-            lambda o: o["edges"][0].update(orientation=3.14, orientationType="GLOBAL"),
+            lambda o: o["edges"][0].update(orientation=1.57, orientationType="GLOBAL"),
             OrderFault.UNSUPPORTED,
         ),
         (lambda o: o["edges"][0].update(maxRotationSpeed=0.5), OrderFault.UNSUPPORTED),

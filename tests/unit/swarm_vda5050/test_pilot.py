@@ -6,9 +6,10 @@ import msgspec
 import pytest
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_common.model.records import Pose
+from swarm_common.middleware.ros_io import ANY_HEADING, BACKWARDS
+from swarm_common.model.records import LidarSpec, Pose
 from swarm_vda5050.messages import AgvPosition
-from swarm_vda5050.pilot import Pilot, _information, _velocity, is_news
+from swarm_vda5050.pilot import Pilot, _information, _sees_behind, _velocity, is_news
 from tests.fakes.fleet_orders import MAP, Toy, node, order
 
 NAMES = ("ann", "Srobot2")
@@ -38,14 +39,19 @@ def test_velocities_are_in_the_frame_of_the_robot():
     assert _velocity(Pose(0.0, 0.0, 3.0), Pose(0.0, 0.0, -3.0), 1.0).omega > 0.0
 
 
-class Turning(Pilot):
+class Noting(Pilot):
     """A pilot without a robot: what it begins is written down."""
 
     def __init__(self, toy):
-        self.vehicle, self._turn, self._goal, self.turns = toy.vehicle, None, (), []
+        self.vehicle, self._turn, self._goal, self.begun = toy.vehicle, None, (), []
+        self._tick = 0
 
     def _begin(self, _action, goal):
-        self.turns.append(goal.target_yaw)
+        self.begun.append(goal)
+
+    @property
+    def turns(self):
+        return [goal.target_yaw for goal in self.begun]
 
 
 @pytest.fixture
@@ -55,7 +61,7 @@ def at_heading():
     toy.send(order([node(0), node(1, theta=1.5, allowedDeviationTheta=0.1)]))
     toy.pose = Pose(2.0, 0.0, 0.0)
     toy.sense()
-    pilot = Turning(toy)
+    pilot = Noting(toy)
     pilot._end((("n1", 2),), True, "", False)
     assert pilot.turns == [1.5]
     return toy, pilot
@@ -64,7 +70,7 @@ def at_heading():
 def test_a_robot_that_made_way_in_the_midst_of_a_turn_turns_once_more(at_heading):
     toy, pilot = at_heading
     for yaw, rest in ((0.9, [0.6]), (1.49, [])):
-        pilot.turns.clear()
+        pilot.begun.clear()
         toy.pose = Pose(2.0, 0.0, yaw)
         toy.sense()
         pilot._end(pilot._goal, True, "", False)
@@ -77,6 +83,37 @@ def test_a_node_whose_heading_is_missed_is_not_reached(at_heading):
     pilot._end(pilot._goal, False, "no room to turn", False)
     assert toy.vehicle.last_node == ("n0", 0)
     assert toy.faults == ["DRIVING"]
+
+
+@pytest.mark.parametrize(("place", "tree"), [({}, ANY_HEADING), ({"theta": 1.5}, "")])
+def test_a_robot_keeps_the_heading_in_which_it_arrives_at_a_node_without_theta(place, tree):
+    toy = Toy()
+    toy.send(order([node(0), node(1, **place)]))
+    pilot = Noting(toy)
+    pilot._send(toy.vehicle.leg)
+    assert pilot.begun[0].behavior_tree == tree
+
+
+@pytest.mark.parametrize(("orientation", "controller"), [(0.0, ""), (3.14, BACKWARDS)])
+def test_an_edge_is_driven_backwards_once_the_robot_faces_against_it(orientation, controller):
+    toy = Toy()
+    content = order([node(0), node(1)])
+    content["edges"][0]["orientation"] = orientation
+    toy.send(content)
+    pilot = Noting(toy)
+    if controller:
+        pilot._send(toy.vehicle.leg)
+        assert abs(pilot.turns[0]) == pytest.approx(math.pi)
+        pilot.begun.clear()
+        toy.pose = Pose(0.0, 0.0, 3.1)
+        toy.sense()
+    pilot._send(toy.vehicle.leg)
+    assert pilot.begun[0].controller_id == controller
+
+
+@pytest.mark.parametrize(("rays", "sees"), [(360, True), (359, True), (270, False)])
+def test_a_robot_that_does_not_see_behind_drives_no_edge_backwards(rays, sees):
+    assert _sees_behind(LidarSpec(0.0, 0.0, 0.1, rays=rays)) is sees
 
 
 def test_a_turn_between_two_looks_is_news():

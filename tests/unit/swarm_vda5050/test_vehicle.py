@@ -1,10 +1,29 @@
 """Orders, updates, actions and cancels of one vehicle, as the standard has them."""
 
+import math
+from pathlib import Path
+
 import pytest
 
 from swarm_describe.robots.loading import load_robot
 from swarm_vda5050.factsheet import factsheet
-from tests.fakes.fleet_orders import MAP, OF_2, OF_3, OF_20, Toy, action, along, edge, node, order
+from swarm_vda5050.process import ground_of
+from swarm_vda5050.tally import in_numbers
+from tests.fakes.fleet_orders import (
+    MAP,
+    OF_2,
+    OF_3,
+    OF_20,
+    Toy,
+    action,
+    along,
+    edge,
+    node,
+    nurbs,
+    order,
+)
+
+MAPS = Path(__file__).resolve().parents[3] / "maps"
 
 
 def test_an_order_is_driven_to_the_end_of_its_base_and_goes_on():
@@ -107,6 +126,25 @@ def test_a_cancelled_order_is_gone_once_the_robot_stands():
     assert toy.faults == []
     toy.drive()
     assert toy.vehicle.last_node == ("n1", 2)
+
+
+def test_orders_are_counted_with_the_time_without_one():
+    toys = [Toy(), Toy(), Toy()]
+    assert in_numbers([toy.vehicle.tally for toy in toys])["done_per_hour"] is None
+    for toy in toys[:2]:
+        toy.now = 100.0
+        toy.sense()
+        toy.send(along(0, 2, 2))
+        toy.drive()
+        toy.wait(10.0)
+        toy.send(order([node(2), node(3)], "B"))
+        toy.sense()
+    toys[0].do("cancelOrder")
+    toys[0].wait(6.0)
+    numbers = in_numbers([toy.vehicle.tally for toy in toys])
+    assert (numbers["done"], numbers["given_up"], numbers["open"]) == (2, 1, 1)
+    assert numbers["done_per_hour"] == pytest.approx(2 * 3600 / 18.0)
+    assert numbers["share_of_time_without_order"] == pytest.approx(26.0 / 30.0, abs=1e-3)
 
 
 def test_blocking_actions_hold_the_robot_and_others_do_not():
@@ -262,6 +300,35 @@ def test_an_edge_without_rotation_is_entered_in_its_heading_and_followed():
     leg = toy.vehicle.leg
     assert (len(leg.nodes), leg.heading) == (1, 0.0)
     assert toy.vehicle.path_of(leg)[-1].tolist() == [4.0, 0.0]
+    toy.drive()
+    assert toy.vehicle.last_node == ("n3", 6)
+
+
+def test_an_order_to_a_place_that_walls_close_off_is_refused_before_it_is_driven():
+    """It was driven, and failed with the planner's words where the robot stood."""
+    config = {"map": str(MAPS / "slim_blockage.yaml"), "map_id": MAP, "sites": ""}
+    toy = Toy(ground=ground_of(config, 0.2))
+    for x, faults in ((-3.0, []), (-4.5, ["NO_ROUTE"])):
+        start = node(0, x=toy.pose.x, y=toy.pose.y)
+        toy.send(order([start, node(1, x=x, y=2.7)], f"to{x:g}"))
+        assert toy.faults == faults
+        toy.drive()
+
+
+def test_an_edge_is_driven_backwards_and_the_next_one_forwards():
+    toy = Toy()
+    content = order([node(number) for number in range(4)])
+    content["edges"][1] |= {"orientation": 3.1, "trajectory": nurbs((2.0, 0.0), (4.0, 0.0))}
+    content["edges"][2]["trajectory"] = nurbs((4.0, 0.0), (6.0, 0.0))
+    toy.send(content)
+    assert not toy.vehicle.leg.is_backwards
+    toy.step()
+    leg = toy.vehicle.leg
+    assert (len(leg.nodes), leg.is_backwards) == (1, True)
+    assert abs(leg.heading) == pytest.approx(math.pi)
+    toy.step()
+    leg = toy.vehicle.leg
+    assert (len(leg.nodes), leg.is_backwards, leg.heading) == (1, False, None)
     toy.drive()
     assert toy.vehicle.last_node == ("n3", 6)
 

@@ -70,6 +70,18 @@ def test_a_robot_stops_where_the_kind_of_way_changes():
     assert not toy.vehicle.is_busy
 
 
+def test_a_robot_that_a_fleet_control_coordinates_leaves_no_edge_but_in_corridors():
+    toy = Toy(follows_edges=True)
+    content = order([node(0), node(1), node(2, y=1.0), node(3)])
+    content["edges"][2]["corridor"] = {"leftWidth": 0.5, "rightWidth": 0.5}
+    toy.send(content)
+    path = toy.vehicle.path_of(toy.vehicle.leg)
+    assert np.abs(path[:, 1] - np.maximum(0.0, 0.5 * path[:, 0] - 1.0)).max() < 1e-9
+    toy.step()
+    toy.step()
+    assert toy.vehicle.path_of(toy.vehicle.leg) is None
+
+
 @pytest.mark.parametrize(
     "trajectory",
     [

@@ -230,6 +230,28 @@ def test_a_given_path_is_followed_unless_it_leads_through_a_wall():
     assert one.bodies[0].pose.x < 3.8
 
 
+def test_a_given_path_is_followed_backwards_if_that_is_asked_for():
+    one = squad()
+    one.send(0, Pose(6.0, 2.0, 0.0))
+    one.run_until(lambda: one.bodies[0].twist.vx > 0.1, 100)  # it stops before it drives back
+    x = one.bodies[0].pose.x
+    legs = [np.linspace((x, 2.0), (x, 5.0), 60), np.linspace((x, 5.0), (5.0, 5.0), 60)]
+    path = np.vstack(legs)
+    one.send(0, kind=GoalKind.FOLLOW_PATH, path_map=path, is_reverse=True)
+    worst, speeds = 0.0, []
+    while not one.ended(0)[1:] and one.tick < 900:
+        one.run(1)
+        here, twist = one.bodies[0].pose, one.bodies[0].twist
+        speeds.append(twist.vx)
+        worst = max(worst, float(np.hypot(*(path - (here.x, here.y)).T).min()))
+    assert one.ended(0)[1].outcome is Outcome.SUCCEEDED
+    assert worst < 0.3
+    still = next(k for k, speed in enumerate(speeds) if speed < 0.01)
+    assert max(speeds[still:]) < 0.01
+    assert min(speeds) < -0.1
+    assert abs(one.bodies[0].pose.yaw) > 2.8  # it came from the west
+
+
 @pytest.mark.parametrize(
     ("kind", "fields", "moved"),
     [

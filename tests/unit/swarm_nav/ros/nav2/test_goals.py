@@ -18,7 +18,13 @@ from nav2_msgs.action import (
 from nav2_msgs.msg import SpeedLimit
 
 from swarm_common.middleware.rejections import RejectedError
-from swarm_common.middleware.ros_io import ANY_HEADING, pose_from_msg, pose_stamped, start_in
+from swarm_common.middleware.ros_io import (
+    ANY_HEADING,
+    BACKWARDS,
+    pose_from_msg,
+    pose_stamped,
+    start_in,
+)
 from swarm_common.model.records import Pose
 from swarm_nav.core.goals import (
     UNKNOWN_CODES,
@@ -144,6 +150,18 @@ def test_a_goal_of_position_only_has_no_heading_at_its_end():
     passed, end = read(GoalKind.THROUGH, poses=[first, last]).poses_map
     assert passed.yaw == pytest.approx(0.5)
     assert math.isnan(end.yaw)
+
+
+@pytest.mark.parametrize(
+    ("name", "is_reverse"), [("", False), ("FollowPath", False), (BACKWARDS, True)]
+)
+def test_a_path_says_whether_it_is_driven_backwards(name, is_reverse):
+    request = ACTIONS[GoalKind.FOLLOW_PATH].Goal(controller_id=name)
+    request.path.poses = [pose_stamped(Pose(x, 0.0, 0.0), 0) for x in (0.0, 1.0)]
+    goal = goal_from_request(
+        GoalKind.FOLLOW_PATH, 7, request, lambda p: pose_from_msg(p.pose), REACH
+    )
+    assert goal.is_reverse is is_reverse
 
 
 @pytest.mark.parametrize("text", ["abc", "-5", "1.5", "", "1 2", "9" * 13, "\u0663"])
