@@ -29,7 +29,7 @@ DEMO := --swarm-size 20 --world slim_blockage --mission loading_route --viewer
 	test-worlds test-hall test-runs test-wheel setup docs clean
 
 help:
-	@sed -n 's/^# \{0,1\}//p' $(firstword $(MAKEFILE_LIST))
+	@sed -n '/^#/!q; s/^# \{0,1\}//p' $(firstword $(MAKEFILE_LIST))
 
 demo: .venv/.ready-run
 	.venv/bin/swarm-up $(DEMO)

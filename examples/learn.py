@@ -43,8 +43,12 @@ def minutes():
 
 
 def train(budget):
-    """Return a trained model, and rows of CPU minutes, shares of goals and of contacts."""
+    """Return a trained model, and rows of CPU minutes, shares of goals and of contacts.
+
+    Each round overwrites policy.onnx, for robots, and policy.zip, for `PPO.load`.
+    """
     model, curve, start = None, [], minutes()
+    options = TeamEnv(2, **SEES).options
     stages = (("hall_12", 8, 4, nearby, 0.1), ("doorway", 2, 16, across, 1.0))
     for world, robots, worlds, curriculum, end in stages:
         env = SharedPolicyVecEnv(
@@ -60,7 +64,10 @@ def train(budget):
             env.forget()
             model.learn(512 * env.num_envs, reset_num_timesteps=False)
             curve.append((minutes() - start, *np.mean(env.ended, axis=0)))
-            print(world, "minute {:.1f}: goals {:.0%}, contacts {:.0%}".format(*curve[-1]))
+            shares = "goals {:.0%}, contacts {:.0%}".format(*curve[-1][1:])
+            print(f"{world} minute {curve[-1][0]:.1f}: {shares}", flush=True)
+            export_policy(model, "policy.onnx", options)
+            model.save("policy.zip")
     return model, np.array(curve)
 
 
@@ -95,7 +102,6 @@ if __name__ == "__main__":
     torch.set_num_threads(1)
     model, curve = train(float([*sys.argv, 13.0][1]))
     draw(curve)
-    export_policy(model, "policy.onnx", TeamEnv(2, **SEES).options)
     print("empty hall:", judge(model, 1, "hall_12"))
     print("door:", judge(model, 2, "doorway", across))
     print("door, shielded:", judge(model, 2, "doorway", across, shield=True))

@@ -39,16 +39,26 @@ class PolicyConfig(Schema):
     | `neighbours` | (k, 6), the nearest first | 1, x, y, yaw in base_footprint, vx, wz [shares of 8 m, pi and the most], or zeros |
     | the same as an image | (3, 32, 32), ahead is up | 1, and its vx, vy in base_footprint, on pixels of 0.5 m |
     | `precedence` | (k,), the nearest first | 1 where the neighbour has a higher number, -1 where it has a lower one, or 0 |
+
+    Attributes:
+        observation: Parts by name, or all in one row.
+        normalise: Whether observations and actions are from -1 to 1.
+        parts: Names of the parts that it sees, each once.
+        rays: Sectors of the scan, each with its least range; None for all rays.
+        stack: Number of scans, those of the last steps.
+        neighbours: k, the most that are seen in a set.
+        neighbours_as: Which of the two kinds above.
+        ticks: Ticks of 0.1 s that an action holds.
     """  # noqa: E501
 
-    observation: Literal["dict", "flat"] = "dict"  # parts by name, or all in one row
-    normalise: bool = False  # whether observations and actions are from -1 to 1
+    observation: Literal["dict", "flat"] = "dict"
+    normalise: bool = False
     parts: tuple[Part, ...] = ("scan", "goal", "twist", "neighbours")
-    rays: Count | None = None  # sectors of the scan, each with its least range; None: all rays
-    stack: Count = 1  # scans, those of the last steps
-    neighbours: Count = 4  # most that are seen in a set
+    rays: Count | None = None
+    stack: Count = 1
+    neighbours: Count = 4
     neighbours_as: Literal["set", "image"] = "set"
-    ticks: Count = 1  # of 0.1 s that an action holds
+    ticks: Count = 1
 
     def __post_init__(self) -> None:
         check_fields(self)

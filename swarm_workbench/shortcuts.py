@@ -30,7 +30,7 @@ def run_scenario(
     Args:
         scenario: Its name or file, or a `Scenario`.
         robots: Number of robots; None for the scenario's first.
-        brain: What decides for each robot: ours, dwa, orca, or `module:Class`.
+        brain: What decides for each robot: ours, dwa, orca, `module:Class`, or a policy.onnx.
         parameters: Navigators' parameters by dotted name, in place of the defaults.
         time_limit: [s] of simulated time, in place of the scenario's limit or duration.
 

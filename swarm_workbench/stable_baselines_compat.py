@@ -77,8 +77,12 @@ class SharedPolicyVecEnv(VecEnv):  # type: ignore[misc]
         self._env.close()
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        """Return an attribute of the rows, which they share."""
-        value = getattr(self._env, attr_name, None)
+        """Return an attribute of the rows, which they share.
+
+        Raises:
+            AttributeError: If there is none, so that `has_attr` is true of others only.
+        """
+        value = getattr(self._env, attr_name)
         return [value for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
@@ -113,7 +117,8 @@ def export_policy(model: Any, path: str | Path, options: PolicyConfig) -> None:
     Args:
         model: Of stable-baselines3, with a `BoundedPolicy` or an "MlpPolicy".
         path: Receives the model; what was there is overwritten.
-        options: `options` of an environment as it was trained in; observations are flat.
+        options: `options` of an environment as it was trained in, or `get_attr("options")[0]` of
+            a `SharedPolicyVecEnv`; observations are flat.
 
     Raises:
         SwarmError: If observations are not flat, the policy has other layers than linear ones, Tanh

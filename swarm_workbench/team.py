@@ -35,19 +35,28 @@ FRESH_TRIES = 20  # episodes that are drawn for a robot among others that drive
 
 
 class EnvOptions(PolicyConfig):
-    """Options of an environment, beside those of what its policy sees."""
+    """Options of an environment, beside those of what its policy sees.
+
+    Attributes:
+        robots: Number of robots, the most that take part.
+        world: Name, file or folder; environments take a `World`, too.
+        robot: Model of all robots.
+        limit: [s] of an episode.
+        shield: Whether robots drive inside space that they have reserved, through their stop
+            filters.
+        reward: Weights by term in place of the usual ones, such as `{"goal": 5.0}`, or a callable
+            of a `StepOutcome` that returns n numbers; both are in `swarm_workbench.reward`.
+        curriculum: Callable of the number of an episode, from 0, and a random generator of numpy;
+            it returns what else would be options of `reset`.
+        render_mode: How `render` shows a step; with None it shows nothing.
+    """
 
     robots: Annotated[int, Meta(ge=1, le=MOST_ROBOTS)] = 4
-    world: str = "doorway"  # name, file or folder; environments take a `World`, too
-    robot: str = "turtlebot3_waffle"  # model of all robots
-    limit: Positive = 60.0  # [s] of an episode
-    # whether robots drive inside space that they have reserved, through their stop filters
+    world: str = "doorway"
+    robot: str = "turtlebot3_waffle"
+    limit: Positive = 60.0
     shield: bool = False
-    # weights by term (`progress`, `way`, `goal`, `contact`, `time`, `closeness`, `smoothness`) in
-    # place of the usual ones, or a callable of a `StepOutcome`
     reward: Any = None
-    # callable of the number of an episode and a random generator; it returns what else would be
-    # options of `reset`
     curriculum: Any = None
     render_mode: Literal["human", "rgb_array"] | None = None
 

@@ -146,6 +146,11 @@ class SwarmVectorEnv(VectorEnv):  # type: ignore[misc]
             for first, end in self._shares:
                 self._workers.append(_Worker(options, self._arrays, first, end - first))
 
+    @property
+    def options(self) -> EnvOptions:
+        """All options, also those that were not given."""
+        return self._model.options
+
     def reset(
         self, *, seed: Any = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:

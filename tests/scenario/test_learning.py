@@ -13,7 +13,7 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "learn.py"
 @pytest.mark.long
 @pytest.mark.timeout(7200)
 def test_a_policy_learns_and_never_touches_anything_behind_the_shield(tmp_path):
-    pytest.importorskip("stable_baselines3", reason="it comes with the extra `train`")
+    sb3 = pytest.importorskip("stable_baselines3", reason="it comes with the extra `train`")
     done = subprocess.run(
         [sys.executable, EXAMPLE], cwd=tmp_path, capture_output=True, text=True, check=True
     )
@@ -30,3 +30,4 @@ def test_a_policy_learns_and_never_touches_anything_behind_the_shield(tmp_path):
     assert "ours: 40 of 40 goals, 0 collisions" in done.stdout
     assert (tmp_path / "policy.onnx").stat().st_size <= 200_000
     assert (tmp_path / "learning.svg").exists()
+    sb3.PPO.load(tmp_path / "policy.zip", device="cpu")

@@ -3,6 +3,7 @@
 import copy
 import gc
 import pickle
+import re
 import weakref
 
 import gymnasium
@@ -13,7 +14,10 @@ from gymnasium.utils.env_checker import check_env
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 from swarm_common.model.errors import SwarmError
+from swarm_workbench import reward
 from swarm_workbench.gym import RobotEnv, SwarmEnv, TeamEnv, make_vec
+from swarm_workbench.observation import PolicyConfig
+from swarm_workbench.team import EnvOptions
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 FLAT = {"observation": "flat", "normalise": True, "rays": 36, "stack": 2, "ticks": 2}
@@ -124,6 +128,19 @@ def test_rewards_are_terms_with_weights_or_ones_own():
     for reward in ({"speed": 1.0}, {"time": "much"}, 3, lambda step: [1.0, 2.0]):
         with pytest.raises(SwarmError, match="reward"):
             _first_step(TeamEnv, reward)
+
+
+def test_pydoc_describes_each_option_and_each_term_of_the_reward():
+    own = set(EnvOptions.__struct_fields__) - set(PolicyConfig.__struct_fields__)
+    described = {
+        kind: set(re.findall(r"^ +(\w+): \S", kind.__doc__, re.MULTILINE))
+        for kind in (PolicyConfig, EnvOptions, reward.StepOutcome)
+    }
+    assert described[PolicyConfig] == set(PolicyConfig.__struct_fields__)
+    assert described[EnvOptions] == own
+    assert described[reward.StepOutcome] == set(reward.StepOutcome._fields)
+    rows = re.findall(r"^\| `(\w+)` \| ([\d.]+) \|", reward.__doc__, re.MULTILINE)
+    assert {name: float(weight) for name, weight in rows} == reward.WEIGHTS
 
 
 def _first_step(kind, reward):

@@ -42,3 +42,9 @@ def test_what_cannot_be_exported_is_named(tmp_path):
     model = PPO("MlpPolicy", env, policy_kwargs={"activation_fn": nn.ELU}, **SMALL)
     with pytest.raises(SwarmError, match="the policy has a layer ELU; only Linear, Tanh and ReLU"):
         compat.export_policy(model, tmp_path / "a", options)
+
+
+def test_rows_have_the_attributes_of_their_environment_and_no_others():
+    env = compat.SharedPolicyVecEnv(2, "doorway", robots=2, **SEES)
+    assert env.get_attr("options")[3] == TeamEnv(2, **SEES).options
+    assert not env.has_attr("no_such")
