@@ -66,7 +66,7 @@ def test_flags_say_what_fields_say(values, tmp_path):
         else:
             each = value if isinstance(value, tuple) else [value]
             words += [f"{flag.opts[0]}={one}" for one in each]
-        stated[name] = str(value) if name == "speed" else value
+        stated[name] = str(value) if name in ("speed", "pack") else value
     spec = RunSpec(**{n: v for n, v in stated.items() if v or FLAGS[n].secondary_opts})
     assert RunSpec(**stated_of(parser().make_context("up", words))) == spec
 
