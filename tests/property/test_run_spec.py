@@ -37,6 +37,7 @@ def values_of(kind):
 HINTS = typing.get_type_hints(RunSpec)
 FIELDS = {name: values_of(HINTS[name]) for name in RunSpec.__struct_fields__}
 FIELDS["speed"] = st.sampled_from(["max", "2.5"]) | NUMBERS
+FIELDS["pack"] = st.sampled_from(["auto", "7"]) | st.integers(1, 99)
 FLAGS = {item.name: item for item in parser().params}
 
 
