@@ -21,6 +21,7 @@ OF_EDGES = (  # optional fields that robots heed
     "orientationType",
     "rotationAllowed",
     "reachOrientationBeforeEntering",
+    "direction",
 )
 
 

@@ -12,10 +12,18 @@ import numpy as np
 from scipy import ndimage
 
 from swarm_common.model.grid import KEEPOUT, OCCUPIED, Grid
+from swarm_common.model.records import FloatArray
 from swarm_vda5050.actions import OFFERED, ActionOffer, ActionScope, check_action
 from swarm_vda5050.faults import OrderFault, OrderRejectedError
 from swarm_vda5050.messages import DriveOrder, Edge, Node, OrderAction
-from swarm_vda5050.ways import FARTHEST, LONGEST, heading_problem, line_of, problem_of
+from swarm_vda5050.ways import (
+    FARTHEST,
+    LONGEST,
+    direction_problem,
+    heading_problem,
+    line_of,
+    problem_of,
+)
 
 STOP_RADIUS = 0.35  # [m] around a node at which the robot stops: the goal checker's, and its play
 MAP_VERSION = "1"  # of the only map
@@ -85,8 +93,11 @@ def check_order(
     for node in order.nodes:
         _check_node(node, ground)
         _check_actions(node.actions, ActionScope.NODE, offered, nodeId=node.node_id)
+    line: FloatArray | None = None
     for edge, (start, end) in zip(order.edges, pairwise(order.nodes), strict=True):
-        _check_edge(edge, start, end, turn_rate, may_back)
+        before, line = line, _check_edge(edge, start, end, turn_rate, may_back)
+        if problem := direction_problem(edge, line, before):
+            _refuse(edge, "direction", problem)
         _check_actions(edge.actions, ActionScope.EDGE, offered, edgeId=edge.edge_id)
     counts = Counter(action.action_id for action in order.actions)
     for action_id, count in counts.items():
@@ -151,7 +162,8 @@ def _check_node(node: Node, ground: DrivingArea) -> None:
         raise OrderRejectedError(OrderFault.NO_ROUTE, f"{place} is {obstacle}", nodeId=node.node_id)
 
 
-def _check_edge(edge: Edge, start: Node, end: Node, turn_rate: float, may_back: bool) -> None:
+def _check_edge(edge: Edge, start: Node, end: Node, turn_rate: float, may_back: bool) -> FloatArray:
+    """Return the line (n, 2) [m] of a sound edge in map."""
     corridor = edge.corridor
     unsupported = {
         "corridor.releaseRequired": corridor is not None and corridor.release_required,
@@ -176,6 +188,7 @@ def _check_edge(edge: Edge, start: Node, end: Node, turn_rate: float, may_back: 
     line = line_of(edge, a, b)
     if problem := heading_problem(edge, line, may_back=may_back):
         _refuse(edge, "orientation", problem)
+    return line
 
 
 def _refuse(edge: Edge, name: str, message: str) -> None:

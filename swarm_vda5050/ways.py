@@ -22,6 +22,11 @@ HEAVIEST = 1e6  # weight of one
 FARTHEST = 1e6  # [m] of anything from the origin of the map
 NARROW = 0.3  # [m] of a corridor in which nothing is planned: the robot follows its middle line
 ALONG = 0.35  # [rad] from the direction of a way that still is along it
+TURNS = {  # [rad] by which an edge may turn off the one before, least and most, by its direction
+    "left": (-ALONG, math.pi),
+    "straight": (-math.pi / 4, math.pi / 4),
+    "right": (-math.pi, ALONG),
+}
 TURNING_ROOM = 0.35  # [m] around a node, besides the body, that belongs to a corridor
 
 
@@ -106,10 +111,33 @@ def heading_problem(edge: Edge, line: FloatArray, *, may_back: bool) -> str:
     )
 
 
+def direction_problem(edge: Edge, line: FloatArray, before: FloatArray | None) -> str:
+    """Return why a robot without physical lines cannot keep the direction of an edge; empty if not.
+
+    It follows the edge's own line, which has to turn off the one before as the direction says.
+
+    Args:
+        line: (n, 2) [m] in map, of the edge.
+        before: Likewise of the edge before; None if the message has none.
+    """
+    if not edge.direction:
+        return ""
+    if edge.direction not in TURNS:
+        return f"direction is '{edge.direction:.40}'; this robot knows {', '.join(TURNS)} only"
+    if before is None:
+        return ""
+    (x, y), (last_x, last_y) = line[1] - line[0], before[-1] - before[-2]
+    turn = wrap_angle(math.atan2(y, x) - math.atan2(last_y, last_x))
+    least, most = TURNS[edge.direction]
+    if least <= turn <= most:
+        return ""
+    return f"direction is '{edge.direction}', but the edge turns by {turn:.2f} rad"
+
+
 def is_followed(edge: Edge) -> bool:
     """Whether the robot follows the line of an edge, in place of planning its way."""
     corridor = edge.corridor
-    if keeps_heading(edge):
+    if keeps_heading(edge) or edge.direction:
         return True
     if corridor is None:
         return edge.trajectory is not None

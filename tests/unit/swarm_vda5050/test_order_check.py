@@ -1,11 +1,15 @@
 """What is wrong with an order in itself."""
 
+import contextlib
+import math
+
 import msgspec
 import pytest
 
 from swarm_vda5050.faults import OrderFault, OrderRejectedError
 from swarm_vda5050.messages import DriveOrder
 from swarm_vda5050.order_check import DrivingArea, check_order
+from swarm_vda5050.ways import is_followed
 from tests.fakes.fleet_orders import MAP, action, along, node, nurbs, order
 
 
@@ -39,6 +43,28 @@ def test_an_orientation_against_the_way_is_taken(kind):
     content["edges"][0] = bent
     expected = OrderFault.UNSUPPORTED if kind == "GLOBAL" else None  # partly across
     assert fault_of(content) is expected
+
+
+@pytest.mark.parametrize(
+    ("direction", "turn", "word"),
+    [
+        ("left", 1.57, ""), ("left", 0.1, ""), ("left", -0.8, "turns by -0.80 rad"),
+        ("right", -1.57, ""), ("right", 1.57, "turns by 1.57 rad"),
+        ("straight", 0.3, ""), ("straight", 1.57, "turns by 1.57 rad"),
+        ("580 Hz", 0.0, "knows left, straight, right only"),
+    ],
+)  # fmt: skip
+def test_a_direction_is_that_in_which_the_line_turns_off_or_refused_by_name(direction, turn, word):
+    """It was dropped without a word."""
+    place = {"x": 2.0 + math.cos(turn), "y": math.sin(turn)}
+    content = order([node(0), node(1), node(2, **place)])
+    content["edges"][1]["direction"] = direction
+    told = msgspec.convert(content, DriveOrder)
+    assert is_followed(told.edges[1])
+    with contextlib.nullcontext() if not word else pytest.raises(OrderRejectedError, match=word):
+        check_order(told, DrivingArea(MAP))
+    content["edges"][0]["direction"] = "left"  # off a line that the message does not have
+    assert fault_of(content) is (OrderFault.UNSUPPORTED if word else None)
 
 
 def test_a_good_order_passes_and_one_with_too_many_nodes_does_not():
