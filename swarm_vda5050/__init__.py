@@ -7,6 +7,8 @@
     actions      The actions that robots offer
     order_check  Whether an order makes sense in itself
     tally        Orders of a run in numbers
+    maps         The maps of a robot
+    map_server   Maps fetched, checked and compared with the world's
     vehicle      One robot's orders, actions and state: the protocol, without input and output
     zones        Zone sets and releases of version 3.0
     ways         Corridors and trajectories of edges, as ways and floor for the navigator

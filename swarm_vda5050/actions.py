@@ -55,16 +55,28 @@ _OF_BOTH: dict[str, ActionOffer] = {
     "cancelOrder": ActionOffer(_INSTANT, "Give up the order.", optional=_ORDER),
     "logReport": ActionOffer(_INSTANT, "Write the state down.", required={"reason": "STRING"}),
 }
-_ENABLE_MAP = ActionOffer(_STANDING, "Use a map: the only one.", required=_MAP)
-_OF_20 = _OF_BOTH | {"initPosition": _INIT_POSITION}
-_OF_21 = _OF_20 | {"enableMap": _ENABLE_MAP}
-_OF_3 = _OF_BOTH | {
-    "enableMap": _ENABLE_MAP,
-    "initializePosition": _INIT_POSITION,
-    "clearInstantActions": ActionOffer(_STANDING, "Forget the instant actions that ended."),
-    "enableZoneSet": ActionOffer(_STANDING, "Use a zone set.", required=_ZONE_SET),
-    "deleteZoneSet": ActionOffer(_INSTANT, "Forget a zone set.", required=_ZONE_SET),
+_OF_MAPS = {
+    "downloadMap": ActionOffer(
+        _INSTANT,
+        "Fetch a Nav2 map of the running world: its YAML, or a zip with its image.",
+        _MAP | {"mapDownloadLink": "STRING"},
+        {"mapHash": "STRING"},
+    ),
+    "enableMap": ActionOffer(_STANDING, "Use a map that the robot has.", required=_MAP),
+    "deleteMap": ActionOffer(_INSTANT, "Forget a map that is not in use.", required=_MAP),
 }
+_OF_20 = _OF_BOTH | {"initPosition": _INIT_POSITION}
+_OF_21 = _OF_20 | _OF_MAPS
+_OF_3 = (
+    _OF_BOTH
+    | _OF_MAPS
+    | {
+        "initializePosition": _INIT_POSITION,
+        "clearInstantActions": ActionOffer(_STANDING, "Forget the instant actions that ended."),
+        "enableZoneSet": ActionOffer(_STANDING, "Use a zone set.", required=_ZONE_SET),
+        "deleteZoneSet": ActionOffer(_INSTANT, "Forget a zone set.", required=_ZONE_SET),
+    }
+)
 OFFERED = {"2.0": _OF_20, "2.1": _OF_21, "3.0": _OF_3}  # by version
 INTERNAL = {"initializePosition": "initPosition"}  # names of 2.1
 PAUSABLE = ("pick", "drop", "wait")

@@ -61,8 +61,9 @@ RULES = {
     "optional fields": ProtocolRule("optional fields are those of the factsheet", ORDERS),
     "available": ProtocolRule("orders are sent to robots that take them", ORDERS),
     "instant actions": ProtocolRule(
-        "instant actions are those of the factsheet", ("instantActions",)
+        "instant actions are those of the factsheet, and about what there is", ("instantActions",)
     ),
+    "maps": ProtocolRule("no map is downloaded that the robot has", ("instantActions",)),
     "cancel": ProtocolRule("cancelOrder names an order that is active", ("instantActions",)),
     "zone sets": ProtocolRule("zone sets make sense, and no zoneSetId is used twice", ("zoneSet",)),
 }
@@ -81,6 +82,7 @@ OF_FAULT = {  # the rule that a message breaks which is answered by a fault
     OrderFault.UNKNOWN_MAP: "map",
     OrderFault.NOT_AVAILABLE: "available",
     OrderFault.NO_ORDER: "cancel",
+    OrderFault.DUPLICATE_MAP: "maps",
     OrderFault.INSTANT: "instant actions",
 }
 

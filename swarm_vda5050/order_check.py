@@ -26,7 +26,6 @@ from swarm_vda5050.ways import (
 )
 
 STOP_RADIUS = 0.35  # [m] around a node at which the robot stops: the goal checker's, and its play
-MAP_VERSION = "1"  # of the only map
 MOST_NODES = 1000  # of one message
 MOST_ACTIONS = 100  # of one node or edge
 

@@ -46,19 +46,19 @@ from swarm_vda5050.dialect import MESSAGES, Dialect, Identity
 from swarm_vda5050.factsheet import factsheet, localization_score
 from swarm_vda5050.faults import ActiveError, OrderFault, OrderRejectedError
 from swarm_vda5050.link import Address, BrokerEvent, BrokerEventKind, Link
+from swarm_vda5050.map_server import MapServerClient
 from swarm_vda5050.messages import (
     AgvPosition,
     AgvVelocity,
     BatteryState,
     Header,
     Info,
-    MapState,
     OrderAction,
     Reference,
     SafetyState,
     VehicleState,
 )
-from swarm_vda5050.order_check import MAP_VERSION, DrivingArea
+from swarm_vda5050.order_check import DrivingArea
 from swarm_vda5050.paths import intermediate_path, planned_path
 from swarm_vda5050.vehicle import DriveLeg, RobotSenses, Vehicle
 from swarm_vda5050.ways import ALONG
@@ -129,6 +129,7 @@ class Pilot:
         )
         self.vehicle.plan_faults(timed)
         self._judge, self._log = judge, log
+        self._map_server = MapServerClient(ground.grid)
         self._identity = identity
         self._spec = spec
         self._ground = ground
@@ -245,6 +246,13 @@ class Pilot:
             self._publish_factsheet()
         for reason in requests.log_reasons:
             self._write_log(reason)
+        for download in requests.downloads:
+            self._map_server.begin(download)
+        for event in self._map_server.poll():
+            if event.problem is None:
+                self.vehicle.begin_download(event.action_id)
+            else:
+                self.vehicle.end_download(event.action_id, event.problem)
         self._simulate_link()
         self._publish(now, is_asked=requests.state)
 
@@ -641,7 +649,7 @@ class Pilot:
             ),
             zone_sets=vehicle.zones.states,
             zone_requests=vehicle.zones.requests,
-            maps=(_only_map(self._ground.map_id),),
+            maps=vehicle.maps.states,
         )
 
     def _way(self, topic: str) -> FloatArray:
@@ -706,10 +714,6 @@ def _essence(state: VehicleState) -> VehicleState:
         battery_state=charge,
         information=information,
     )
-
-
-def _only_map(map_id: str) -> MapState:
-    return MapState(map_id=map_id, map_version=MAP_VERSION, map_status="ENABLED")
 
 
 def _information(status: RobotStatus, names: Container[str]) -> tuple[Info, ...]:

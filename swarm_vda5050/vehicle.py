@@ -21,6 +21,7 @@ import shapely
 from swarm_common.model.records import FloatArray, Pose, wrap_angle
 from swarm_vda5050.actions import OFFERED, ActionOffer, ActionScope, RunningAction, check_action
 from swarm_vda5050.faults import ActiveError, OrderFault, OrderRejectedError
+from swarm_vda5050.maps import MapDownload, MapKeeper
 from swarm_vda5050.messages import (
     ActionState,
     ActionStatus,
@@ -37,7 +38,7 @@ from swarm_vda5050.messages import (
     VehicleLoad,
     ZoneSetMessage,
 )
-from swarm_vda5050.order_check import MAP_VERSION, STOP_RADIUS, DrivingArea, check_order
+from swarm_vda5050.order_check import STOP_RADIUS, DrivingArea, check_order
 from swarm_vda5050.simulated_faults import DRIVES_ON, SIMULATED, SimulatedFaults
 from swarm_vda5050.tally import OrderTally
 from swarm_vda5050.ways import corridor_area, is_backwards, is_followed, keeps_heading, line_of
@@ -88,6 +89,7 @@ class Requests:
     factsheet: bool = False
     initial_pose_map: Pose | None = None
     log_reasons: tuple[str, ...] = ()
+    downloads: tuple[MapDownload, ...] = ()
 
 
 class Vehicle:
@@ -102,6 +104,7 @@ class Vehicle:
         is_manual: Whether somebody drives it by hand.
         driven: Distance [m] since the last node.
         senses: How the robot was last; None before the first word of it.
+        maps: Its maps.
         zones: Its zone sets; of 3.0.
         simulated: Faults on demand.
         tally: Orders so far.
@@ -128,6 +131,7 @@ class Vehicle:
             follows_edges: Whether it follows edges without a corridor, in place of ways of its own.
         """
         self._follows_edges = follows_edges
+        self.maps = MapKeeper(ground.map_id)
         self.zones = ZoneKeeper(ground.map_id, radius)
         self.simulated = SimulatedFaults(version)
         self.tally = OrderTally()
@@ -250,6 +254,26 @@ class Vehicle:
         for _ in range(keys.index(end) + 1):
             self._traverse()
         self._advance()
+
+    def begin_download(self, action_id: str) -> None:
+        """A map server is asked for a map."""
+        if (run := self._instant.get(action_id)) is not None and run.is_active:
+            run.status = ActionStatus.RUNNING
+
+    def end_download(self, action_id: str, problem: str) -> None:
+        """A map is here, or cannot be had.
+
+        Args:
+            problem: Why not; empty if it is here.
+        """
+        run = self._instant.get(action_id)
+        if run is None or not run.is_active:
+            return
+        if problem:
+            self._fail_map(run, OrderFault.ACTION, problem)
+        else:
+            self.maps.add(run.action.parameter("mapVersion"))
+            run.finish("not enabled")
 
     def fail_drive(self, reason: str, is_final: bool) -> None:
         """The robot gave a leg up; another try follows, unless it would end alike.
@@ -385,7 +409,7 @@ class Vehicle:
         """All active errors."""
         driving = [self._drive_error] if self._drive_error else []
         rejected = [error for errors in self._rejections.values() for error in errors]
-        own = [*rejected, *self._action_errors, *driving, *self.zones.errors]
+        own = [*rejected, *self._action_errors, *driving, *self.maps.errors, *self.zones.errors]
         return [*own, *self.simulated.errors]
 
     @property
@@ -659,7 +683,7 @@ class Vehicle:
         elif action.kind == "startPause" and action.is_active:
             if self.senses.is_standing:
                 action.finish()
-        elif is_over and action.is_active:
+        elif is_over and action.is_active and action.kind != "downloadMap":
             self._handle_load(action)
             action.finish()
 
@@ -692,12 +716,43 @@ class Vehicle:
             self.last_node = (read("lastNodeId", self.last_node[0]), self.last_node[1])
         action.finish()
 
-    def _enable_map(self, run: RunningAction) -> None:
-        read, own = run.action.parameter, (self._ground.map_id, MAP_VERSION)
-        if (read("mapId"), read("mapVersion")) == own:
-            run.finish()
+    def _handle_map(self, run: RunningAction) -> None:
+        """Enable or delete a map, or have one downloaded."""
+        self.maps.errors.clear()
+        read = run.action.parameter
+        key = read("mapId"), read("mapVersion")
+        if run.kind != "downloadMap":
+            handle = self.maps.enable if run.kind == "enableMap" else self.maps.delete
+            if problem := handle(*key):
+                self._fail_map(run, OrderFault.INSTANT, problem)
+            else:
+                run.finish()
+            return
+        link, digest = read("mapDownloadLink"), read("mapHash", "")
+        if self.maps.has(*key):
+            text = f"the robot has the map '{key[0]:.80}' of version {key[1]:.40}: delete it first"
+            self._fail_map(run, OrderFault.DUPLICATE_MAP, text)
+        elif problem := self.maps.problem_of(key[0], link, digest, self._count_downloads()):
+            self._fail_map(run, OrderFault.INSTANT, problem)
         else:
-            run.fail(f"this robot has only the map '{own[0]}' of the version {own[1]}")
+            run.status = ActionStatus.INITIALIZING
+            download = MapDownload(run.action.action_id, link, digest)
+            downloads = (*self._requests.downloads, download)
+            self._requests = replace(self._requests, downloads=downloads)
+
+    def _count_downloads(self) -> int:
+        runs = self._instant.values()
+        return sum(run.kind == "downloadMap" and not run.status.is_final for run in runs)
+
+    def _fail_map(self, run: RunningAction, fault: OrderFault, problem: str) -> None:
+        run.fail(problem)
+        if run.scope is not ActionScope.INSTANT:
+            return  # an action of the order: its failure is reported
+        read = run.action.parameter
+        references = {key: read(key) for key in ("mapId", "mapVersion")}
+        error = ActiveError(fault, problem, {"actionId": run.action.action_id} | references)
+        self.maps.errors.append(error)
+        self._answers.append(error)
 
     # Instant actions
 
@@ -757,8 +812,8 @@ class Vehicle:
                 reasons = (*self._requests.log_reasons, run.action.parameter("reason"))
                 self._requests = replace(self._requests, log_reasons=reasons)
                 run.finish(f"written to {LOG_FILE}")
-            case "enableMap":
-                self._enable_map(run)
+            case "downloadMap" | "enableMap" | "deleteMap":
+                self._handle_map(run)
             case "stopCharging":
                 run.finish()
             case "enableZoneSet" | "deleteZoneSet":

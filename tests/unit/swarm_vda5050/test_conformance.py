@@ -101,6 +101,9 @@ def actions(*kinds):
         ("optional fields", "order", along(2, 3, 3, "B") | {"nodes": [
             {k: v for k, v in node(2).items() if k != "nodePosition"}], "edges": []}, {}),
         ("instant actions", "instantActions", actions("dance"), {}),
+        ("maps", "instantActions", {"actions": [action(
+            "downloadMap", "m", "NONE", mapId=MAP, mapVersion="1", mapDownloadLink="file:///m.zip",
+        )]}, {}),
         ("cancel", "instantActions", actions("cancelOrder"), {}),
     ],
 )  # fmt: skip

@@ -353,11 +353,8 @@ def test_a_node_that_is_to_be_met_closely_is_a_stop():
     assert not toy.vehicle.is_busy
 
 
-def test_a_map_is_enabled_if_the_robot_has_it_and_a_log_is_written():
+def test_logs_are_written():
     toy = Toy()
-    for key, name, version in (("own", MAP, "1"), ("other", "hall_9", "1"), ("new", MAP, "2")):
-        toy.do("enableMap", key, mapId=name, mapVersion=version)
-    assert toy.done == {"own": "FINISHED", "other": "FAILED", "new": "FAILED"}
     for reason in ("slow", "lost"):
         toy.do("logReport", f"log {reason}", reason=reason)
     assert toy.vehicle.take_requests().log_reasons == ("slow", "lost")
@@ -366,7 +363,7 @@ def test_a_map_is_enabled_if_the_robot_has_it_and_a_log_is_written():
 
 @pytest.mark.parametrize("identity", [OF_20, OF_2, OF_3])
 @pytest.mark.parametrize(
-    "kind", ["downloadMap", "deleteMap", "finePositioning", "detectObject", "waitForTrigger"]
+    "kind", ["downloadZoneSet", "finePositioning", "detectObject", "waitForTrigger"]
 )
 def test_an_action_of_the_standard_that_no_robot_does_is_refused_and_not_in_the_factsheet(
     kind, identity
