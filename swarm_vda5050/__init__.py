@@ -4,6 +4,7 @@
     reading      Messages against the tables
     messages     The messages as they are inside this package
     faults       The errors that a robot reports
+    fine         The moves of a fine positioning
     actions      The actions that robots offer
     order_check  Whether an order makes sense in itself
     tally        Orders of a run in numbers

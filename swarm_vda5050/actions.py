@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
+from swarm_vda5050.fine import FINE
 from swarm_vda5050.messages import ActionState, ActionStatus, OrderAction
 
 HANDLING_TIME = 5.0  # [s] of a pick or drop that names no duration
@@ -31,12 +32,14 @@ class ActionOffer:
     # parameters that it needs, with their type in the factsheet
     required: dict[str, str] = field(default_factory=dict)
     optional: dict[str, str] = field(default_factory=dict)  # parameters that it may have
+    drives: bool = False  # whether the robot drives for it, so that nothing else may drive
 
 
 _ON_WAY = (ActionScope.NODE, ActionScope.EDGE)
 _STANDING = (ActionScope.NODE, ActionScope.INSTANT)
 _INSTANT = (ActionScope.INSTANT,)
-_LOAD = {"loadId": "STRING", "loadType": "STRING", "stationName": "STRING", "stationType": "STRING"}
+_STATION = {"stationName": "STRING", "stationType": "STRING"}
+_LOAD = {"loadId": "STRING", "loadType": "STRING"} | _STATION
 _DURATION = {"duration": "FLOAT"}
 _POSE = {"x": "FLOAT", "y": "FLOAT", "theta": "FLOAT", "mapId": "STRING"}
 _NODE, _ORDER, _ZONE_SET = {"lastNodeId": "STRING"}, {"orderId": "STRING"}, {"zoneSetId": "STRING"}
@@ -46,6 +49,12 @@ _OF_BOTH: dict[str, ActionOffer] = {
     "pick": ActionOffer(_ON_WAY, "Take a load; lasts `duration`.", optional=_LOAD | _DURATION),
     "drop": ActionOffer(_ON_WAY, "Put the load down, likewise.", optional=_LOAD | _DURATION),
     "wait": ActionOffer(_ON_WAY, "Wait for `duration` [s].", required=_DURATION),
+    "finePositioning": ActionOffer(
+        (ActionScope.NODE,),
+        f"Stand on the node's exact pose, within {FINE} m and rad.",
+        optional=_STATION,
+        drives=True,
+    ),
     "startCharging": ActionOffer(_STANDING, "Finished when current flows."),
     "stopCharging": ActionOffer(_STANDING, "The robot may leave the charger."),
     "startPause": ActionOffer(_INSTANT, "Stop, and pause the actions."),
@@ -79,7 +88,8 @@ _OF_3 = (
 )
 OFFERED = {"2.0": _OF_20, "2.1": _OF_21, "3.0": _OF_3}  # by version
 INTERNAL = {"initializePosition": "initPosition"}  # names of 2.1
-PAUSABLE = ("pick", "drop", "wait")
+PAUSABLE = ("pick", "drop", "wait", "finePositioning")
+OPEN_ENDED = ("downloadMap", "finePositioning")  # which end when they are done, not by the clock
 
 
 def check_action(
@@ -94,6 +104,9 @@ def check_action(
     if offer is None or scope not in offer.scopes:
         place = "" if offer is None else f" as an action of scope {scope.value}"
         return f"the action '{action.action_type}' is not offered{place}"
+    if offer.drives and action.blocking_type.allows_driving:
+        wrong = f"the blockingType {action.blocking_type}; it drives itself: SOFT or HARD"
+        return f"{action.action_type} has {wrong}"
     known = offer.required | offer.optional
     keys = [parameter.key for parameter in action.action_parameters]
     for key in keys:

@@ -13,8 +13,8 @@ from typing import Any
 import msgspec
 import numpy as np
 import shapely
-from geometry_msgs.msg import PoseWithCovarianceStamped
-from nav2_msgs.action import FollowPath, NavigateThroughPoses, NavigateToPose, Spin
+from geometry_msgs.msg import Point, PoseWithCovarianceStamped
+from nav2_msgs.action import DriveOnHeading, FollowPath, NavigateThroughPoses, NavigateToPose, Spin
 from nav2_msgs.msg import SpeedLimit
 from nav_msgs.msg import OccupancyGrid, Path
 from rclpy.node import Node
@@ -45,6 +45,7 @@ from swarm_vda5050.conformance import Heard
 from swarm_vda5050.dialect import MESSAGES, Dialect, Identity
 from swarm_vda5050.factsheet import factsheet, localization_score
 from swarm_vda5050.faults import ActiveError, OrderFault, OrderRejectedError
+from swarm_vda5050.fine import MOST_MOVES, next_move
 from swarm_vda5050.link import Address, BrokerEvent, BrokerEventKind, Link
 from swarm_vda5050.map_server import MapServerClient
 from swarm_vda5050.messages import (
@@ -53,6 +54,7 @@ from swarm_vda5050.messages import (
     BatteryState,
     Header,
     Info,
+    NodePosition,
     OrderAction,
     Reference,
     SafetyState,
@@ -73,6 +75,9 @@ ACTIONS: dict[str, Any] = {
     "follow_path": FollowPath,
     "spin": Spin,
 }
+STRAIGHT = "drive_on_heading"  # asked for with the first fine positioning
+FINE_SPEED = 0.1  # [m/s] of it
+DRIVE_SLACK = 0.05  # [m] before its end at which a navigator ends a straight way
 NO_WAY = np.zeros((0, 2))
 STILL = 0.02  # [m/s], [rad/s] below which a robot stands
 MOVED = 0.05  # [m], [rad] beyond which a robot that stands has another place
@@ -118,13 +123,14 @@ class Pilot:
             rejections: Counts reports that are rejected, in lockstep; None in free run.
         """
         self.name = identity.serial
+        self._may_back = _sees_behind(spec.lidar)
         self.vehicle = Vehicle(
             ground,
             identity.offered,
             spec.circumscribed_radius,
             identity.version,
             spec.max_vel_theta,
-            may_back=_sees_behind(spec.lidar),
+            may_back=self._may_back,
             follows_edges=follows_edges,
         )
         self.vehicle.plan_faults(timed)
@@ -185,6 +191,8 @@ class Pilot:
         self._task: Task | None = None
         self._goal: tuple[tuple[str, int], ...] = ()  # nodes that it leads to
         self._turn: tuple[tuple[str, int], ...] | None = None  # legs that end with the turn, if any
+        self._fine_moves = 0  # of the present fine positioning
+        self._is_fine_move = False  # whether the task is one
         self._sent_at = 0  # tick
         self._ended: Task | None = None  # until the status with the end is here
         self._cancelled_at = 0.0
@@ -206,6 +214,7 @@ class Pilot:
         """The navigator died: the broker is to say so."""
         self._is_silent, self._is_ready = True, False
         self._task = self._ended = self._turn = None
+        self._is_fine_move = False
         self._area, self._speed_limit = ({}, []), 0.0  # the next one has heard of neither
         if self._steps is not None:
             self._steps.forget()
@@ -316,6 +325,7 @@ class Pilot:
         task = self._task
         if task is not None and report.goal != task.goal_id and self._sent_at < report.tick:
             self._task, self._goal, self._turn = None, (), None  # its navigator was started again
+            self._is_fine_move = False
         while self._messages:
             self._receive_message(self._messages.popleft())
         self._drive(CONTROL_PERIOD * report.tick)
@@ -378,6 +388,12 @@ class Pilot:
         elif not self.vehicle.is_busy:
             self._corridors = []
         knows_area = self._forbid()
+        target = self.vehicle.fine_target
+        if target is None:
+            self._fine_moves = 0
+        elif self._task is None or self._is_fine_move:
+            self._stand_exactly(target)
+            return
         if leg is None or self._ended is not None:
             if self._task is not None or self._drives_on(now):
                 self._stop()
@@ -422,7 +438,7 @@ class Pilot:
         if self._task is not None:
             self._cancelled.append(self._task.goal_id)
         self._task = self._turn = None
-        self._goal = ()
+        self._goal, self._is_fine_move = (), False
         self.robot.cancelTask()
 
     def _send(self, leg: DriveLeg) -> None:
@@ -449,9 +465,33 @@ class Pilot:
             goals = NavigateThroughPoses.Goal(poses=poses, behavior_tree=tree)
             self._begin("navigate_through_poses", goals)
 
+    def _stand_exactly(self, target: NodePosition) -> None:
+        """Begin the next move of a fine positioning, once the robot stands after the one before."""
+        if self._task is not None or self._ended is not None or self.is_driving:
+            return
+        assert self.vehicle.senses is not None
+        move = next_move(self.vehicle.senses.pose_map, target, may_back=self._may_back)
+        if move is None:
+            self.vehicle.end_fine_positioning("")
+        elif self._fine_moves >= MOST_MOVES:
+            self.vehicle.end_fine_positioning(f"after {MOST_MOVES} moves")
+        elif move.turn:
+            self._begin_move("spin", Spin.Goal(target_yaw=move.turn))
+        elif self.robot.offers(STRAIGHT, DriveOnHeading):  # else soon
+            sign = math.copysign(1.0, move.distance)
+            way = Point(x=move.distance + sign * DRIVE_SLACK)
+            speed = sign * min(FINE_SPEED, self._spec.max_vel_x)
+            self._begin_move(STRAIGHT, DriveOnHeading.Goal(target=way, speed=speed))
+
+    def _begin_move(self, action: str, goal: Any) -> None:
+        self._begin(action, goal)
+        self._fine_moves += 1
+        self._is_fine_move = True
+
     def _begin(self, action: str, goal: Any) -> None:
         on_end = self._receive_end if self._steps is None else None
-        self._task = self.robot.send(action, ACTIONS[action], goal, on_end)
+        kind = DriveOnHeading if action == STRAIGHT else ACTIONS[action]
+        self._task = self.robot.send(action, kind, goal, on_end)
         self._goals.append(self._task.goal_id)
         self._sent_at = self._tick
 
@@ -484,8 +524,8 @@ class Pilot:
         """Tell the vehicle how its leg ended; called with a status from after the end."""
         task, self._ended = self._ended, None
         goal, self._goal = self._goal, ()
-        if task is None or not goal or task.is_forgotten:
-            self._turn = None
+        if task is None or not (goal or self._is_fine_move) or task.is_forgotten:
+            self._turn, self._is_fine_move = None, False
             return  # a forgotten goal is sent anew
         is_reached = task.outcome is TaskResult.SUCCEEDED
         self._end(goal, is_reached, task.reason, not is_reached and is_for_good(task.result))
@@ -498,7 +538,11 @@ class Pilot:
         Who makes way in the midst of a turn ends it off the heading.
         """
         turn, self._turn = self._turn, None
-        if not is_reached:
+        if self._is_fine_move:
+            self._is_fine_move = False
+            if not is_reached and (is_final or self._fine_moves >= MOST_MOVES):
+                self.vehicle.end_fine_positioning(reason)
+        elif not is_reached:
             self.vehicle.fail_drive(reason, is_final)
         elif turn == ():
             return  # the leg follows

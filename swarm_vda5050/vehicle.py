@@ -19,8 +19,16 @@ import numpy as np
 import shapely
 
 from swarm_common.model.records import FloatArray, Pose, wrap_angle
-from swarm_vda5050.actions import OFFERED, ActionOffer, ActionScope, RunningAction, check_action
+from swarm_vda5050.actions import (
+    OFFERED,
+    OPEN_ENDED,
+    ActionOffer,
+    ActionScope,
+    RunningAction,
+    check_action,
+)
 from swarm_vda5050.faults import ActiveError, OrderFault, OrderRejectedError
+from swarm_vda5050.fine import rest_of
 from swarm_vda5050.maps import MapDownload, MapKeeper
 from swarm_vda5050.messages import (
     ActionState,
@@ -31,6 +39,7 @@ from swarm_vda5050.messages import (
     Header,
     InstantActions,
     Node,
+    NodePosition,
     NodeState,
     OrderAction,
     OrderPart,
@@ -255,6 +264,22 @@ class Vehicle:
             self._traverse()
         self._advance()
 
+    def end_fine_positioning(self, problem: str) -> None:
+        """The robot stands on the exact pose, or cannot.
+
+        Args:
+            problem: Why not; empty if it does.
+        """
+        run, target = self._fine, self.fine_target
+        if run is None or target is None or self.senses is None:
+            return
+        rest = rest_of(self.senses.pose_map, target)
+        if problem:
+            run.fail(f"{rest}: {problem}")
+        else:
+            run.finish(rest)
+        self._advance()
+
     def begin_download(self, action_id: str) -> None:
         """A map server is asked for a map."""
         if (run := self._instant.get(action_id)) is not None and run.is_active:
@@ -307,6 +332,19 @@ class Vehicle:
         speed = self._edges[0].max_speed if self._edges else None
         is_backwards = bool(self._edges) and self._is_backwards(0)
         return DriveLeg(tuple(self._nodes[:count]), speed, self._heading, is_backwards)
+
+    @property
+    def fine_target(self) -> NodePosition | None:
+        """The pose on which the robot is to stand exactly; None for none, or not now."""
+        is_kept = self.is_paused or self.is_manual or self._cancel is not None
+        if is_kept or self.simulated.holds or self._fine is None or self._from is None:
+            return None
+        return self._from.node_position
+
+    @property
+    def _fine(self) -> RunningAction | None:
+        runs = (run for run in self._due if run.kind == "finePositioning" and run.is_active)
+        return next(runs, None)
 
     @property
     def _heading(self) -> float | None:
@@ -683,7 +721,7 @@ class Vehicle:
         elif action.kind == "startPause" and action.is_active:
             if self.senses.is_standing:
                 action.finish()
-        elif is_over and action.is_active and action.kind != "downloadMap":
+        elif is_over and action.is_active and action.kind not in OPEN_ENDED:
             self._handle_load(action)
             action.finish()
 

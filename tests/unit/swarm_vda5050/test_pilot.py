@@ -7,10 +7,19 @@ import pytest
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_common.middleware.ros_io import ANY_HEADING, BACKWARDS
-from swarm_common.model.records import LidarSpec, Pose
-from swarm_vda5050.messages import AgvPosition
-from swarm_vda5050.pilot import Pilot, _information, _sees_behind, _velocity, is_news
-from tests.fakes.fleet_orders import MAP, Toy, node, order
+from swarm_common.model.records import LidarSpec, Pose, wrap_angle
+from swarm_describe.robots.loading import load_robot
+from swarm_vda5050.fine import MOST_MOVES
+from swarm_vda5050.messages import AgvPosition, AgvVelocity
+from swarm_vda5050.pilot import (
+    DRIVE_SLACK,
+    Pilot,
+    _information,
+    _sees_behind,
+    _velocity,
+    is_news,
+)
+from tests.fakes.fleet_orders import MAP, OF_3, Toy, action, node, order
 
 NAMES = ("ann", "Srobot2")
 
@@ -44,7 +53,14 @@ class Noting(Pilot):
 
     def __init__(self, toy):
         self.vehicle, self._turn, self._goal, self.begun = toy.vehicle, None, (), []
-        self._tick = 0
+        self._tick = self._fine_moves = 0
+        self._task = self._ended = None
+        self._is_fine_move, self._may_back = False, True
+        self._velocity = AgvVelocity(vx=0.0, vy=0.0, omega=0.0)
+        self._spec, self.robot = load_robot("turtlebot3_burger"), self
+
+    def offers(self, *_):
+        return True
 
     def _begin(self, _action, goal):
         self.begun.append(goal)
@@ -83,6 +99,79 @@ def test_a_node_whose_heading_is_missed_is_not_reached(at_heading):
     pilot._end(pilot._goal, False, "no room to turn", False)
     assert toy.vehicle.last_node == ("n0", 0)
     assert toy.faults == ["DRIVING"]
+
+
+def positioned(start, slip=0.0, reached=(True,), **place):
+    """Let a robot that reached a node stand exactly; return its toy, and what it drove."""
+    toy = Toy(OF_3)
+    toy.send(order([node(0), node(1, action("finePositioning", "f"), **place)]))
+    toy.pose = start
+    toy.sense()
+    toy.vehicle.arrive(("n1", 2))
+    toy.wait(100.0)
+    assert toy.done == {"f": "RUNNING"}
+    pilot = Noting(toy)
+    for is_reached in (*reached, *(True,) * 20):
+        if (target := toy.vehicle.fine_target) is None:
+            break
+        count = len(pilot.begun)
+        pilot._stand_exactly(target)
+        for goal in pilot.begun[count:]:
+            turn = getattr(goal, "target_yaw", 0.0)
+            way = goal.target.x if hasattr(goal, "speed") else 0.0
+            way -= math.copysign(DRIVE_SLACK, way) if way else 0.0
+            x, y, yaw = toy.pose.x, toy.pose.y, toy.pose.yaw
+            way *= 1.0 + slip
+            toy.pose = Pose(x + way * math.cos(yaw), y + way * math.sin(yaw), yaw + turn)
+            toy.wait(1.0)
+            pilot._end((), is_reached, "a robot is in the way", False)
+    return toy, pilot
+
+
+@pytest.mark.parametrize("theta", [None, 0.0, -2.0])
+@pytest.mark.parametrize("start", [Pose(1.8, 0.2, 0.0), Pose(2.2, 0.1, 1.0), Pose(2.0, -0.3, 3.0)])
+@pytest.mark.parametrize("slip", [0.0, 0.3, -0.3])
+def test_a_robot_stands_on_the_exact_pose_of_a_node(start, theta, slip):
+    place = {} if theta is None else {"theta": theta}
+    toy, pilot = positioned(start, slip, reached=(True, False), **place)
+    assert toy.done == {"f": "FINISHED"}
+    assert math.hypot(toy.pose.x - 2.0, toy.pose.y) <= 0.05
+    assert theta is None or abs(wrap_angle(toy.pose.yaw - theta)) <= 0.05
+    assert all(goal.speed * goal.target.x > 0.0 for goal in pilot.begun if hasattr(goal, "speed"))
+    (state,) = toy.vehicle.action_states
+    assert state.result_description.endswith("off")
+
+
+def test_a_robot_that_cannot_stand_exactly_says_how_far_off_it_is():
+    toy, pilot = positioned(Pose(1.7, 0.0, 0.0), reached=(False,) * 20, slip=-1.0)
+    assert toy.done == {"f": "FAILED"}
+    assert len(pilot.begun) == MOST_MOVES
+    assert "0.300 m off: a robot is in the way" in toy.vehicle.errors[0].message
+
+
+def test_fine_positioning_pauses_and_drives_alone():
+    toy = Toy()
+    content = order([node(0, action("finePositioning", "f", stationName="dock"))])
+    toy.send(content)
+    toy.wait(0.1)
+    assert toy.vehicle.fine_target.x == 0.0
+    toy.do("startPause", "p")
+    assert toy.done["f"] == "PAUSED"
+    assert toy.vehicle.fine_target is None
+    toy.do("stopPause", "q")
+    assert toy.vehicle.fine_target is not None
+    toy.do("cancelOrder", "c")
+    assert toy.done["f"] == "FAILED"
+    for change in ({"blockingType": "NONE"}, {"actionType": "finePositioning"}):
+        toy = Toy()
+        content["nodes"][0]["actions"] = []
+        target = content["nodes"][0]
+        if "actionType" in change:
+            content = order([node(0), node(1)])
+            target = content["edges"][0]
+        target["actions"] = [action("finePositioning", "f") | change]
+        toy.send(content)
+        assert toy.faults == ["UNKNOWN_ACTION"]
 
 
 @pytest.mark.parametrize(("place", "tree"), [({}, ANY_HEADING), ({"theta": 1.5}, "")])
