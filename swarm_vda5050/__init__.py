@@ -11,7 +11,8 @@
     maps         The maps of a robot
     map_server   Maps fetched, checked and compared with the world's
     vehicle      One robot's orders, actions and state: the protocol, without input and output
-    zones        Zone sets and releases of version 3.0
+    requests     What a robot asks for: zones, ways through them, corridors; of version 3.0
+    zones        Zone sets of version 3.0
     ways         Corridors and trajectories of edges, as ways and floor for the navigator
     simulated_faults  Faults on demand
     conformance  The verdict on the fleet control

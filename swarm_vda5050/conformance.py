@@ -66,7 +66,11 @@ RULES = {
     "maps": ProtocolRule("no map is downloaded that the robot has", ("instantActions",)),
     "cancel": ProtocolRule("cancelOrder names an order that is active", ("instantActions",)),
     "zone sets": ProtocolRule("zone sets make sense, and no zoneSetId is used twice", ("zoneSet",)),
+    "responses": ProtocolRule(
+        "responses are to requests of the robot, and REVOKED is what was granted", ("responses",)
+    ),
 }
+OF_TOPIC = {"zoneSet": "zone sets", "responses": "responses"}  # likewise, whatever the fault
 OF_FAULT = {  # the rule that a message breaks which is answered by a fault
     OrderFault.VALIDATION: "structure",
     OrderFault.UNSUPPORTED: "optional fields",
@@ -187,7 +191,7 @@ class Conformance:
             return found
         for error in heard.errors:
             fault = error.fault if isinstance(error.fault, OrderFault) else OrderFault.VALIDATION
-            rule = "zone sets" if heard.topic == "zoneSet" else OF_FAULT.get(fault, "schema")
+            rule = OF_TOPIC.get(heard.topic) or OF_FAULT.get(fault, "schema")
             found.append((rule, error.message))
         found += self._header_problems(heard, message, memory)
         if isinstance(message, DriveOrder):

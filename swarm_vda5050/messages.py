@@ -409,12 +409,23 @@ class ZoneSetState(Outgoing, frozen=True):
 
 
 class ZoneRequest(Outgoing, frozen=True):
-    """Asks for the release of a zone."""
+    """Asks for the release of a zone, or for a way through it."""
 
     request_id: str
     request_type: str
     zone_id: str
     zone_set_id: str
+    request_status: str
+    trajectory: dict[str, Any] | None = None  # of REPLANNING
+
+
+class EdgeRequest(Outgoing, frozen=True):
+    """Asks for the use of an edge's corridor."""
+
+    request_id: str
+    request_type: str
+    edge_id: str
+    sequence_id: int
     request_status: str
 
 
@@ -465,5 +476,6 @@ class VehicleState(Outgoing, frozen=True):
     velocity: AgvVelocity | None = None
     zone_sets: tuple[ZoneSetState, ...] = ()  # of 3.0
     zone_requests: tuple[ZoneRequest, ...] = ()
+    edge_requests: tuple[EdgeRequest, ...] = ()
     planned_path: PlannedPath | None = None
     intermediate_path: IntermediatePath | None = None

@@ -165,7 +165,6 @@ def _check_edge(edge: Edge, start: Node, end: Node, turn_rate: float, may_back: 
     """Return the line (n, 2) [m] of a sound edge in map."""
     corridor = edge.corridor
     unsupported = {
-        "corridor.releaseRequired": corridor is not None and corridor.release_required,
         "maxRotationSpeed": (edge.max_rotation_speed or math.inf) < turn_rate,
     }
     for name, is_asked in unsupported.items():

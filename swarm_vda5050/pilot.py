@@ -191,6 +191,7 @@ class Pilot:
         self._task: Task | None = None
         self._goal: tuple[tuple[str, int], ...] = ()  # nodes that it leads to
         self._turn: tuple[tuple[str, int], ...] | None = None  # legs that end with the turn, if any
+        self._follows = False  # whether the leg that was sent follows the lines of edges
         self._fine_moves = 0  # of the present fine positioning
         self._is_fine_move = False  # whether the task is one
         self._sent_at = 0  # tick
@@ -383,6 +384,8 @@ class Pilot:
         leg = self.vehicle.leg
         keys = () if leg is None else tuple(node.key for node in leg.nodes)
         is_new = self._task is None or self._goal[-len(keys) :] != keys
+        if leg is not None and leg.is_followed != self._follows:
+            self._follows, is_new = leg.is_followed, True  # a corridor was granted, or is lost
         if leg is not None and is_new:
             self._corridors = self.vehicle.corridors_of(leg)
         elif not self.vehicle.is_busy:
@@ -693,6 +696,7 @@ class Pilot:
             ),
             zone_sets=vehicle.zones.states,
             zone_requests=vehicle.zones.requests,
+            edge_requests=vehicle.edge_requests,
             maps=vehicle.maps.states,
         )
 

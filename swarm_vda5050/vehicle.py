@@ -35,6 +35,7 @@ from swarm_vda5050.messages import (
     ActionStatus,
     DriveOrder,
     Edge,
+    EdgeRequest,
     EdgeState,
     Header,
     InstantActions,
@@ -48,15 +49,27 @@ from swarm_vda5050.messages import (
     ZoneSetMessage,
 )
 from swarm_vda5050.order_check import STOP_RADIUS, DrivingArea, check_order
+from swarm_vda5050.requests import RequestBook, RequestKey
 from swarm_vda5050.simulated_faults import DRIVES_ON, SIMULATED, SimulatedFaults
 from swarm_vda5050.tally import OrderTally
-from swarm_vda5050.ways import corridor_area, is_backwards, is_followed, keeps_heading, line_of
+from swarm_vda5050.ways import (
+    corridor_area,
+    is_backwards,
+    is_followed,
+    keeps_heading,
+    line_of,
+    needs_release,
+)
 from swarm_vda5050.zones import ZoneKeeper
 
 PASS_RADIUS = 0.7  # [m] around a node without allowedDeviationXY: that of NavigateThroughPoses
 BY_HAND = "the order was given up: somebody drives the robot by hand"
 USUAL_TURN, LEAST_TURN = 0.25, 0.05  # [rad] off a heading: without a deviation, and at least
 LOG_FILE = "vda5050_log.jsonl"  # in the run's folder
+CORRIDOR = "CORRIDOR"  # requestType
+CORRIDORS_AHEAD = 3  # that are asked for at once
+MOST_ASKED = 20  # edges of a way that is asked for
+ON_LINE = 0.1  # [m] from the line of an edge within which the robot has returned to it
 MOST_TRIES = 3  # of a leg
 LONG_AGO = datetime.min.replace(tzinfo=UTC)
 RETRY_PAUSE = 5.0  # [s] between two of them
@@ -88,6 +101,7 @@ class DriveLeg(NamedTuple):
     max_speed: float | None
     heading: float | None = None
     is_backwards: bool = False
+    is_followed: bool = False  # whether the lines of edges are, in place of a way of its own
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,6 +128,7 @@ class Vehicle:
         driven: Distance [m] since the last node.
         senses: How the robot was last; None before the first word of it.
         maps: Its maps.
+        requests: What it asks its fleet control for; of 3.0.
         zones: Its zone sets; of 3.0.
         simulated: Faults on demand.
         tally: Orders so far.
@@ -141,7 +156,10 @@ class Vehicle:
         """
         self._follows_edges = follows_edges
         self.maps = MapKeeper(ground.map_id)
-        self.zones = ZoneKeeper(ground.map_id, radius)
+        self.requests = RequestBook()
+        self.zones = ZoneKeeper(ground.map_id, radius, self.requests)
+        self._corridor: RequestKey | None = None  # which the robot uses
+        self._corridor_error: ActiveError | None = None
         self.simulated = SimulatedFaults(version)
         self.tally = OrderTally()
         self._timed: list[tuple[float, OrderAction]] = []  # instant actions of ours, by time [s]
@@ -192,7 +210,10 @@ class Vehicle:
                     self.zones.add(message.zone_set)
                     self._rejections.pop(ZoneSetMessage, None)
                 case Responses():
-                    self.zones.respond(message.responses)
+                    self._rejections.pop(Responses, None)
+                    for problem in self.requests.respond(message.responses):
+                        error = OrderRejectedError(OrderFault.VALIDATION, problem)
+                        self.reject(error, Responses, topic="responses", **message.references)
         except OrderRejectedError as error:
             self.reject(error, type(message), **message.references)
         self._advance()
@@ -242,7 +263,7 @@ class Vehicle:
         self.is_manual = is_by_hand
         if before is not None:
             self._pass_nodes(before.pose_map)
-        self.zones.look(self._way, senses.utc)
+        self._ask(senses)
         self._advance()
         self.tally.pass_time(senses.now, is_busy=self.is_busy and self._cancel is None)
 
@@ -324,14 +345,17 @@ class Vehicle:
         is_kept = is_kept or self.simulated.holds
         if is_kept or self.senses is None or self.senses.now < self._retry_at:
             return None
-        if not self._nodes or not self._nodes[0].released or self._is_blocked:
+        is_kept = not self._nodes or not self._nodes[0].released or self._is_blocked
+        if is_kept or self._corridor_error is not None:
             return None
-        count = self.zones.reach(self._way)
+        way = self._way
+        count = self.zones.reach(way, self._lines_ahead(len(way) - 1), self.order_id)
         if count == 0:
             return None
         speed = self._edges[0].max_speed if self._edges else None
         is_backwards = bool(self._edges) and self._is_backwards(0)
-        return DriveLeg(tuple(self._nodes[:count]), speed, self._heading, is_backwards)
+        is_line = bool(self._edges) and self._follows(0)
+        return DriveLeg(tuple(self._nodes[:count]), speed, self._heading, is_backwards, is_line)
 
     @property
     def fine_target(self) -> NodePosition | None:
@@ -398,6 +422,11 @@ class Vehicle:
         edge = self._edges[index]
         if is_followed(edge) or (self._follows_edges and edge.corridor is None):
             return True
+        if needs_release(edge) and not self._may_leave_line(edge):
+            return True
+        return self._is_guided(index)
+
+    def _is_guided(self, index: int) -> bool:
         return self.zones.has_lines and self.zones.guides(self._lines(index + 1)[index][1])
 
     def _is_backwards(self, index: int) -> bool:
@@ -418,6 +447,83 @@ class Vehicle:
         places = [node.node_position for node in nodes if node.released]
         pose_map = self.senses.pose_map
         return [(pose_map.x, pose_map.y), *((place.x, place.y) for place in places if place)]
+
+    def _lines_ahead(self, count: int) -> list[tuple[int, FloatArray]]:
+        """Return the lines of so many edges with their sequenceIds; none if no zone needs them."""
+        if not self.zones.is_coordinated or not self._nodes:
+            return []
+        lines = [(edge.sequence_id, line) for edge, line in self._lines(count) if edge.released]
+        if lines:  # the present edge from the robot on
+            number, line = lines[0]
+            assert self.senses is not None
+            here = self.senses.pose_map
+            near = int(np.hypot(line[:, 0] - here.x, line[:, 1] - here.y).argmin())
+            lines[0] = number, line[min(near, len(line) - 2) :]
+        return lines
+
+    # What it asks for; of 3.0
+
+    def _ask(self, senses: RobotSenses) -> None:
+        """Ask for zones, ways and corridors, and do what becomes of lost permissions."""
+        may_ask = not self.is_manual
+        self.zones.look(
+            self._way,
+            senses.utc,
+            self._lines_ahead(MOST_ASKED),
+            self.order_id,
+            is_standing=senses.is_standing,
+            may_ask=may_ask,
+        )
+        keys = set()
+        self._corridor_error = None
+        for index, edge in enumerate(self._edges[:CORRIDORS_AHEAD] if may_ask else ()):
+            if edge.released and needs_release(edge) and not self._is_guided(index):
+                keys.add(key := self._key_of(edge))
+                self._look_at_corridor(key, index, senses)
+        self.requests.keep(lambda key: key.kind != CORRIDOR or key in keys)
+        if self._corridor not in keys:
+            self._corridor = None
+
+    def _look_at_corridor(self, key: RequestKey, index: int, senses: RobotSenses) -> None:
+        is_begun = key == self._corridor
+        request = self.requests.look(key, senses.utc, is_needed=True, is_begun=is_begun)
+        if request is None:
+            return
+        if request.is_granted and index == 0:
+            self._corridor = key
+        elif request.is_lost:
+            edge, line = self._lines(1)[0]
+            here = senses.pose_map
+            assert edge.corridor is not None
+            if edge.corridor.release_loss_behavior == "STOP":
+                text = f"the corridor of the edge '{key.name:.80}' is {request.status.lower()}"
+                references = {"edgeId": key.name, "sequenceId": str(key.sequence_id)}
+                self._corridor_error = ActiveError(OrderFault.RELEASE_LOST, text, references)
+            elif np.hypot(line[:, 0] - here.x, line[:, 1] - here.y).min() <= ON_LINE:
+                self.requests.give_up(key, senses.utc)
+                self._corridor = None
+
+    def _key_of(self, edge: Edge) -> RequestKey:
+        return RequestKey(CORRIDOR, edge.edge_id, self.order_id, edge.sequence_id)
+
+    def _may_leave_line(self, edge: Edge) -> bool:
+        request = self.requests.open.get(self._key_of(edge))
+        return request is not None and request.is_granted
+
+    @property
+    def edge_requests(self) -> tuple[EdgeRequest, ...]:
+        """The requests for corridors, for the fleet control."""
+        return tuple(
+            EdgeRequest(
+                request_id=str(request.number),
+                request_type=key.kind,
+                edge_id=key.name,
+                sequence_id=key.sequence_id,
+                request_status=request.status,
+            )
+            for key, request in self.requests.open.items()
+            if key.kind == CORRIDOR
+        )
 
     def take_requests(self) -> Requests:
         """Return what is to be published or sent once; the next call does not."""
@@ -448,7 +554,8 @@ class Vehicle:
         driving = [self._drive_error] if self._drive_error else []
         rejected = [error for errors in self._rejections.values() for error in errors]
         own = [*rejected, *self._action_errors, *driving, *self.maps.errors, *self.zones.errors]
-        return [*own, *self.simulated.errors]
+        corridor = [self._corridor_error] if self._corridor_error else []
+        return [*own, *corridor, *self.simulated.errors]
 
     @property
     def operating_mode(self) -> str:

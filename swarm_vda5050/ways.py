@@ -144,6 +144,12 @@ def is_followed(edge: Edge) -> bool:
     return corridor.left_width + corridor.right_width < NARROW
 
 
+def needs_release(edge: Edge) -> bool:
+    """Whether the robot follows the line of an edge until its corridor is granted."""
+    corridor = edge.corridor
+    return corridor is not None and corridor.release_required and not is_followed(edge)
+
+
 def corridor_area(edge: Edge, line: FloatArray, radius: float) -> shapely.Geometry:
     """Return where the body of a robot may be on an edge with a corridor.
 

@@ -1,4 +1,4 @@
-"""The zone sets of one robot, and its requests to enter zones; of version 3.0."""
+"""The zone sets of one robot, and when it may enter zones; of version 3.0."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
+from typing import Any
 
 import numpy as np
 import shapely
@@ -15,34 +16,25 @@ from swarm_common.model.records import FloatArray
 from swarm_vda5050.faults import ActiveError, OrderFault, OrderRejectedError
 from swarm_vda5050.messages import (
     FleetZone,
-    GrantType,
-    Response,
     ZoneRequest,
     ZoneSet,
     ZoneSetState,
 )
+from swarm_vda5050.paths import planned_path
+from swarm_vda5050.requests import RequestBook, RequestKey
 from swarm_vda5050.ways import FARTHEST
 
 BLOCKED, SPEED_LIMIT, PENALTY, RELEASE = "BLOCKED", "SPEED_LIMIT", "PENALTY", "RELEASE"
-PRIORITY, LINE_GUIDED = "PRIORITY", "LINE_GUIDED"
-SUPPORTED = (BLOCKED, SPEED_LIMIT, PENALTY, RELEASE, PRIORITY, LINE_GUIDED)
+PRIORITY, LINE_GUIDED, COORDINATED = "PRIORITY", "LINE_GUIDED", "COORDINATED_REPLANNING"
+SUPPORTED = (BLOCKED, SPEED_LIMIT, PENALTY, RELEASE, PRIORITY, LINE_GUIDED, COORDINATED)
+GUIDING = (LINE_GUIDED, COORDINATED)  # in which robots follow the lines of edges
+ACCESS, REPLANNING = "ACCESS", "REPLANNING"  # requestTypes
 LOSS = ("STOP", "CONTINUE")  # what a robot does in a zone whose release is lost
 MOST_SETS, MOST_ZONES = 50, 500
-ASK_AGAIN = 10.0  # [s] after a rejection
 BRAKING_ROOM = 0.5  # [m] before a speed limit at which the robot begins to brake
+PLAIN = 0.02  # [m] by which a way that is asked for is simplified
 
-
-@dataclass(slots=True)
-class _Request:
-    """A request to enter a zone."""
-
-    number: int
-    status: str = "REQUESTED"
-    expiry: datetime | None = None
-
-    @property
-    def is_granted(self) -> bool:
-        return self.status == GrantType.GRANTED
+Lines = Sequence[tuple[int, FloatArray]]  # of the next edges: sequenceId and (n, 2) [m] in map
 
 
 @dataclass(slots=True)
@@ -52,19 +44,19 @@ class ZoneKeeper:
     Attributes:
         map_id: Id of the only map.
         radius: [m] of the robot's body.
+        book: Requests of the robot.
         errors: Errors that are active.
     """
 
     map_id: str
     radius: float
+    book: RequestBook = field(default_factory=RequestBook)
     errors: list[ActiveError] = field(default_factory=list)
     _sets: dict[str, ZoneSet] = field(default_factory=dict)
     _enabled: str = ""
     _areas: dict[str, shapely.Geometry] = field(default_factory=dict)  # of the enabled set
     _zones: dict[str, FleetZone] = field(default_factory=dict)
-    _requests: dict[str, _Request] = field(default_factory=dict)  # by zone
-    _rejected: dict[str, datetime] = field(default_factory=dict)  # zones, and when
-    _count: int = 0
+    _on_way: set[str] = field(default_factory=set)  # COORDINATED ones that are being crossed
     _is_stopped: bool = False
 
     def add(self, zone_set: ZoneSet) -> None:
@@ -94,7 +86,7 @@ class ZoneKeeper:
         if name not in self._sets:
             return f"there is no zone set '{name:.80}'"
         self._enabled = name
-        self._requests.clear()
+        self.book.keep(lambda key: key.kind not in (ACCESS, REPLANNING))
         self._zones = {zone.zone_id: zone for zone in self._sets[name].zones}
         self._areas = {key: _polygon(zone) for key, zone in self._zones.items()}
         return ""
@@ -106,24 +98,28 @@ class ZoneKeeper:
         del self._sets[name]
         return ""
 
-    def respond(self, answers: Sequence[Response]) -> None:
-        """Receive answers of the fleet control; those to requests that are gone are ignored."""
-        by_number = {str(request.number): zone for zone, request in self._requests.items()}
-        for answer in answers:
-            zone = by_number.get(answer.request_id)
-            if zone is None or answer.grant_type is GrantType.QUEUED:
-                continue
-            request = self._requests[zone]
-            request.status, request.expiry = str(answer.grant_type), answer.lease_expiry
-
-    def look(self, way: Sequence[tuple[float, float]], utc: datetime) -> None:
+    def look(
+        self,
+        way: Sequence[tuple[float, float]],
+        utc: datetime,
+        lines: Lines = (),
+        order_id: str = "",
+        *,
+        is_standing: bool = True,
+        may_ask: bool = True,
+    ) -> None:
         """Ask for the zones on the way, and see what became of requests.
 
         Args:
             way: (x, y) [m] in map: the robot, and the nodes that it drives to.
             utc: Time at which leases are compared with their end.
+            lines: Lines of the edges of its base; may be left out without COORDINATED zones.
+            order_id: Order to which they belong.
+            is_standing: Whether the robot stands.
+            may_ask: Whether the fleet control is in charge of the robot.
         """
         self.errors, self._is_stopped = [], False
+        self._on_way.clear()
         if not self._zones:
             return
         body = shapely.Point(way[0]).buffer(self.radius)
@@ -134,51 +130,117 @@ class ZoneKeeper:
             if zone.zone_type == BLOCKED and is_inside:
                 self._stop(OrderFault.BLOCKED_ZONE, f"the robot is in the zone '{name:.80}'", name)
             elif zone.zone_type == RELEASE:
-                self._look_at(name, is_inside, is_inside or bool(area.intersects(line)), utc)
+                is_needed = may_ask and (is_inside or bool(area.intersects(line)))
+                self._look_at(name, is_needed, is_inside and may_ask, utc)
+            elif zone.zone_type == COORDINATED:
+                asked = lines if may_ask else ()
+                self._look_at_way(name, way[0], is_inside, asked, order_id, utc, is_standing)
 
-    def _look_at(self, name: str, is_inside: bool, is_needed: bool, utc: datetime) -> None:
-        request = self._requests.get(name)
-        if request is not None and request.is_granted and request.expiry is not None:
-            if utc >= request.expiry:
-                request.status = "EXPIRED"
-        if request is not None and request.status == GrantType.REJECTED:
-            self._rejected[name] = utc
-            del self._requests[name]
-        elif request is not None and request.status in (GrantType.REVOKED, "EXPIRED"):
-            if not is_inside:
-                del self._requests[name]
-            elif self._zones[name].release_loss_behavior == "STOP":
-                text = f"the release of the zone '{name:.80}' is {request.status.lower()}"
-                self._stop(OrderFault.RELEASE_LOST, text, name)
-        elif request is not None and not is_needed:
-            del self._requests[name]
-        last = self._rejected.get(name)
-        may_ask = last is None or (utc - last).total_seconds() > ASK_AGAIN
-        if is_needed and name not in self._requests and may_ask:
-            self._count += 1
-            self._requests[name] = _Request(self._count)
+    def _look_at(self, name: str, is_needed: bool, is_begun: bool, utc: datetime) -> None:
+        key = RequestKey(ACCESS, name)
+        request = self.book.look(key, utc, is_needed=is_needed, is_begun=is_begun)
+        is_lost = request is not None and request.is_lost
+        if request is not None and is_lost and self._zones[name].release_loss_behavior == "STOP":
+            text = f"the release of the zone '{name:.80}' is {request.status.lower()}"
+            self._stop(OrderFault.RELEASE_LOST, text, name)
+
+    def _look_at_way(
+        self,
+        name: str,
+        here: tuple[float, float],
+        is_inside: bool,
+        lines: Lines,
+        order_id: str,
+        utc: datetime,
+        is_standing: bool,
+    ) -> None:
+        """Ask for the way through a zone, as far as it is known, and drop what it replaces."""
+        crossing = self._crossing(name, lines)
+        last = crossing[-1] if crossing else None
+        wanted = None if last is None else RequestKey(REPLANNING, name, order_id, last)
+        for key in [key for key in self.book.open if key[:2] == (REPLANNING, name)]:
+            is_on = bool(crossing) and key.order_id == order_id and key.sequence_id >= crossing[0]
+            is_begun = is_inside and (is_on or not crossing)
+            self.book.settle(key, utc, is_needed=is_on, is_begun=is_begun)
+            kept = self.book.open.get(key)
+            is_replaced = key != wanted and kept is not None and kept.is_asked
+            if kept is not None and (is_replaced or (kept.is_lost and is_standing)):
+                del self.book.open[key]  # what has stopped asks anew
+        if is_inside:
+            self._on_way.add(name)  # it stands, or follows what is granted
+        if wanted is None:
+            return
+        found = self.book.look(
+            wanted, utc, is_needed=True, is_begun=is_inside, way=lambda: _way_of(lines, last, here)
+        )
+        if found is not None and found.is_granted:
+            self.book.keep(lambda key: key[:2] != (REPLANNING, name) or key == wanted)
+        if crossing[0] <= self._granted_to(name, order_id):
+            if lines[0][0] == crossing[0]:
+                self._on_way.add(name)
+        elif is_inside:
+            text = f"the way through the zone '{name:.80}' is not granted"
+            self._stop(OrderFault.DRIVING, text, name)
+
+    def _crossing(self, name: str, lines: Lines) -> list[int]:
+        """Return the sequenceIds of the edges on which the robot touches a zone."""
+        area = self._areas[name]
+        return [
+            number
+            for number, line in lines
+            if area.intersects(shapely.LineString(line).buffer(self.radius))
+        ]
+
+    def _granted_to(self, name: str, order_id: str) -> int:
+        """Return the sequenceId of the last edge that is granted through a zone; -1 for none."""
+        return max(
+            (
+                key.sequence_id
+                for key, request in self.book.open.items()
+                if key[:3] == (REPLANNING, name, order_id) and request.is_granted
+            ),
+            default=-1,
+        )
 
     def _stop(self, fault: OrderFault, text: str, name: str) -> None:
         self._is_stopped = True
         references = {"zoneId": name, "zoneSetId": self._enabled}
         self.errors.append(ActiveError(fault, text, references))
 
-    def reach(self, way: Sequence[tuple[float, float]]) -> int:
+    def reach(
+        self, way: Sequence[tuple[float, float]], lines: Lines = (), order_id: str = ""
+    ) -> int:
         """Return how many parts of a way may be driven before a zone that is not released.
 
         Args:
             way: (x, y) [m] in map: the robot, and the nodes that it drives to.
+            lines: Lines of its parts; may be left out without COORDINATED zones.
+            order_id: Order to which they belong.
         """
-        barred = [self._areas[name] for name in self._barred]
-        if self._is_stopped or not barred:
-            return 0 if self._is_stopped else len(way) - 1
-        area, body = shapely.union_all(barred), shapely.Point(way[0]).buffer(self.radius)
+        if self._is_stopped:
+            return 0
+        for name, zone in self._zones.items() if lines else ():
+            if zone.zone_type == COORDINATED:
+                granted = self._granted_to(name, order_id)
+                barred = [number for number in self._crossing(name, lines) if number > granted]
+                if barred:
+                    first = [number for number, _ in lines].index(barred[0])
+                    way, lines = way[: first + 1], lines[:first]
+        barred_areas = [self._areas[name] for name in self._barred]
+        if not barred_areas:
+            return len(way) - 1
+        area, body = shapely.union_all(barred_areas), shapely.Point(way[0]).buffer(self.radius)
         if area.intersects(body):
             return 0
         for index in range(len(way) - 1):
             if area.intersects(_line(way[index : index + 2]).buffer(self.radius)):
                 return index
         return len(way) - 1
+
+    @property
+    def is_coordinated(self) -> bool:
+        """Whether there are zones through which ways are granted."""
+        return any(zone.zone_type == COORDINATED for zone in self._zones.values())
 
     @property
     def _barred(self) -> list[str]:
@@ -189,12 +251,11 @@ class ZoneKeeper:
         ]
 
     def _may_be_in(self, name: str) -> bool:
-        request = self._requests.get(name)
+        request = self.book.open.get(RequestKey(ACCESS, name))
         if request is None:
             return False
-        is_lost = request.status in (GrantType.REVOKED, "EXPIRED")
         goes_on = self._zones[name].release_loss_behavior == "CONTINUE"
-        return request.is_granted or (is_lost and goes_on)
+        return request.is_granted or (request.is_lost and goes_on)
 
     def limit_at(self, x: float, y: float) -> float:
         """Return the speed limit [m/s] at a place [m] in map; inf without one."""
@@ -211,13 +272,13 @@ class ZoneKeeper:
     @property
     def has_lines(self) -> bool:
         """Whether there are zones in which robots follow the lines of edges."""
-        return any(zone.zone_type == LINE_GUIDED for zone in self._zones.values())
+        return any(zone.zone_type in GUIDING for zone in self._zones.values())
 
     def guides(self, line_map: FloatArray) -> bool:
         """Return whether a line (n, 2) [m] touches a zone in which it is to be followed."""
         line = shapely.LineString(line_map)
         return any(
-            zone.zone_type == LINE_GUIDED and self._areas[name].intersects(line)
+            zone.zone_type in GUIDING and self._areas[name].intersects(line)
             for name, zone in self._zones.items()
         )
 
@@ -229,7 +290,8 @@ class ZoneKeeper:
         """
         values = dict.fromkeys(self._barred, KEEPOUT)
         for name, zone in self._zones.items():
-            if zone.zone_type == BLOCKED:
+            is_closed = zone.zone_type == COORDINATED and name not in self._on_way
+            if zone.zone_type == BLOCKED or is_closed:
                 values[name] = KEEPOUT
             elif zone.zone_type == PENALTY and zone.penalty_factor:
                 values[name] = math.ceil((KEEPOUT - 1) * zone.penalty_factor)
@@ -274,17 +336,34 @@ class ZoneKeeper:
 
     @property
     def requests(self) -> tuple[ZoneRequest, ...]:
-        """The requests, for the fleet control."""
+        """The requests for zones, for the fleet control."""
+        asked = [each for each in self.book.open.items() if each[0].kind in (ACCESS, REPLANNING)]
         return tuple(
             ZoneRequest(
                 request_id=str(request.number),
-                request_type="ACCESS",
-                zone_id=name,
+                request_type=key.kind,
+                zone_id=key.name,
                 zone_set_id=self._enabled,
                 request_status=request.status,
+                trajectory=None if request.way is None else _nurbs(request.way),
             )
-            for name, request in self._requests.items()
+            for key, request in asked
         )
+
+
+def _way_of(lines: Lines, last: int | None, here: tuple[float, float]) -> FloatArray:
+    """Return the way (n, 2) [m] in map from the robot to the end of an edge."""
+    points = np.vstack([line for number, line in lines if last is None or number <= last])
+    near = int(np.hypot(*(lines[0][1] - here).T).argmin())
+    way = np.vstack((np.array([here]), points[near:]))
+    plain: FloatArray = shapely.get_coordinates(shapely.LineString(way).simplify(PLAIN))
+    return plain if len(plain) > 1 else way
+
+
+def _nurbs(way: FloatArray) -> dict[str, Any]:
+    path = planned_path(way, ())
+    assert path is not None
+    return path.trajectory
 
 
 def _check(zone: FleetZone, zone_set: str) -> None:

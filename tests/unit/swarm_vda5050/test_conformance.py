@@ -7,7 +7,18 @@ import pytest
 
 from swarm_vda5050.conformance import RULES, Conformance, Heard, summary
 from swarm_vda5050.faults import ActiveError, OrderFault, OrderRejectedError
-from tests.fakes.fleet_orders import MAP, SPACING, Toy, action, along, header, node, order
+from tests.fakes.fleet_orders import (
+    MAP,
+    OF_3,
+    SPACING,
+    Toy,
+    action,
+    along,
+    header,
+    node,
+    on_wire,
+    order,
+)
 
 
 class Judged:
@@ -203,3 +214,18 @@ def test_a_fault_planted_into_a_fleet_control_is_named(fault, rules):
     master = Master(fault)
     master.work()
     assert set(master.judged.broken) == rules
+
+
+def test_an_answer_to_no_request_breaks_its_rule():
+    toy, notes = Toy(OF_3), []
+    conformance = Conformance("3.0", notes.append)
+    content = {"responses": [{"requestId": "1", "grantType": "GRANTED"}]}
+    for number, responses in enumerate(([], content["responses"]), 1):
+        told = {"headerId": number, "responses": responses}
+        data = on_wire("responses", told, "3.0")
+        message = toy.dialect.read("responses", data)
+        answers = toy.vehicle.receive(message)
+        conformance.judge(Heard("Srobot1", "responses", data, False, message, answers, []))
+    assert conformance.broken == ["responses"]
+    (rule,) = (each for each in conformance.report("strict", {})["rules"] if each["broken"])
+    assert (rule["kept"], rule["first"]["problem"]) == (1, "there was no request '1'")

@@ -103,12 +103,6 @@ def test_a_broken_structure_is_invalid(change):
     ("change", "fault"),
     [
         (lambda o: o["nodes"][1].pop("nodePosition"), OrderFault.UNSUPPORTED),
-        (
-            lambda o: o["edges"][0].update(
-                corridor={"leftWidth": 1.0, "rightWidth": 1.0, "releaseRequired": True}
-            ),
-            OrderFault.UNSUPPORTED,
-        ),
         (lambda o: o["edges"][0].update(orientation=1.0), OrderFault.UNSUPPORTED),
         (
             lambda o: o["edges"][0].update(orientation=1.57, orientationType="GLOBAL"),

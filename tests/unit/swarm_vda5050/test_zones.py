@@ -1,9 +1,12 @@
 """Zone sets of version 3.0, and releases."""
 
+import msgspec
 import numpy as np
 import pytest
 
 from swarm_common.model.grid import KEEPOUT, Grid
+from swarm_common.model.records import Pose
+from swarm_vda5050.reading import Reader
 from tests.fakes.fleet_orders import MAP, OF_3, Toy, along
 
 NO_ACTIONS = {"entryActions": [], "duringActions": [], "exitActions": []}
@@ -89,6 +92,214 @@ def test_a_release_is_lost_in_a_zone(behaviour, is_stopped, loss):
     assert toy.faults == []
 
 
+def way_of(request):
+    return [(point["x"], point["y"]) for point in request.trajectory["controlPoints"]]
+
+
+def test_the_way_through_a_coordinated_zone_is_asked_for_and_followed():
+    toy = toy_with(zone("COORDINATED_REPLANNING", 3.0, 5.0))
+    toy.send(along(0, 3, 4))
+    toy.wait(0.1)
+    (request,) = toy.vehicle.zones.requests
+    assert (request.request_type, request.request_status) == ("REPLANNING", "REQUESTED")
+    assert way_of(request) == [(0.0, 0.0), (6.0, 0.0)]
+    toy.drive()
+    assert toy.vehicle.last_node == ("n1", 2)
+    assert set(toy.vehicle.zones.costs.values()) == {KEEPOUT}  # nobody plans through it
+    answer(toy, "QUEUED")
+    assert toy.vehicle.leg is None
+    answer(toy, "GRANTED")
+    assert statuses(toy) == ["GRANTED"]
+    assert toy.vehicle.leg.is_followed
+    assert toy.vehicle.zones.costs == {}
+    assert toy.vehicle.path_of(toy.vehicle.leg)[-1].tolist() == [6.0, 0.0]
+    toy.step()
+    toy.send(along(3, 4, 4, update=1))  # its edge does not touch the zone
+    toy.wait(0.1)
+    assert statuses(toy) == ["GRANTED"]
+    toy.drive()
+    assert toy.vehicle.last_node == ("n4", 8)
+    assert statuses(toy) == []
+    assert toy.faults == []
+
+
+def test_a_longer_way_is_asked_for_anew_while_the_granted_one_is_driven():
+    toy = toy_with(zone("COORDINATED_REPLANNING", 3.0, 9.0))
+    toy.send(along(0, 2, 4))
+    toy.wait(0.1)
+    answer(toy, "GRANTED")
+    toy.step()
+    toy.send(along(2, 4, 4, update=1))
+    toy.wait(0.1)
+    assert statuses(toy) == ["GRANTED", "REQUESTED"]
+    assert way_of(toy.vehicle.zones.requests[1]) == [(2.0, 0.0), (8.0, 0.0)]
+    toy.drive()
+    assert toy.vehicle.last_node == ("n2", 4)
+    granted = {"requestId": toy.vehicle.zones.requests[-1].request_id, "grantType": "GRANTED"}
+    hear(toy, "responses", responses=[granted])
+    toy.wait(0.1)
+    assert statuses(toy) == ["GRANTED"]
+    toy.drive()
+    assert toy.vehicle.last_node == ("n4", 8)
+
+
+@pytest.mark.parametrize("loss", ["REVOKED", "EXPIRED"])
+def test_a_robot_whose_way_is_lost_stops_and_asks_anew(loss):
+    toy = toy_with(zone("COORDINATED_REPLANNING", 3.0, 7.0))
+    toy.send(along(0, 4, 4))
+    toy.wait(0.1)
+    answer(toy, "GRANTED", leaseExpiry=LATER)
+    toy.step()
+    toy.step()
+    (before,) = toy.vehicle.zones.requests
+    if loss == "REVOKED":
+        response = {"requestId": before.request_id, "grantType": "REVOKED"}
+        hear(toy, "responses", responses=[response])
+    else:
+        toy.now = 61.0
+    toy.sense(is_standing=False)
+    assert statuses(toy) == [loss]
+    assert toy.vehicle.leg is None
+    assert toy.faults == ["DRIVING"]
+    toy.wait(0.1)
+    (after,) = toy.vehicle.zones.requests
+    assert (after.request_status, after.request_id != before.request_id) == ("REQUESTED", True)
+    assert way_of(after)[0] == (4.0, 0.0)
+    answer(toy, "GRANTED")
+    assert toy.faults == []
+    toy.drive()
+    assert toy.vehicle.last_node == ("n4", 8)
+
+
+def test_a_robot_that_is_driven_by_hand_asks_for_nothing():
+    toy = toy_with(zone("RELEASE", 1.0, 5.0), zone("COORDINATED_REPLANNING", 3.0, 5.0))
+    toy.send(along(0, 4, 4))
+    toy.wait(0.1)
+    assert statuses(toy) == ["REQUESTED", "REQUESTED"]
+    toy.pose = Pose(4.0, 0.0, 0.0)
+    toy.sense(is_by_hand=True)
+    toy.sense(is_by_hand=True)
+    assert statuses(toy) == []
+
+
+@pytest.mark.parametrize(
+    ("grants", "word"),
+    [
+        ([("7", "GRANTED")], "there was no request '7'"),
+        ([("1", "REVOKED")], "is revoked, but was not granted"),
+        ([("1", "GRANTED"), ("1", "REJECTED")], "is rejected after it was granted"),
+        ([("1", "QUEUED"), ("1", "GRANTED"), ("1", "GRANTED"), ("1", "REVOKED")], ""),
+    ],
+)
+def test_answers_that_make_no_sense_are_reported_and_none_lets_a_robot_in(grants, word):
+    toy = toy_with(zone("RELEASE", 3.0, 5.0))
+    toy.send(along(0, 4, 4))
+    toy.wait(0.1)
+    for name, grant in grants:
+        hear(toy, "responses", responses=[{"requestId": name, "grantType": grant}])
+    assert [error.message for error in toy.vehicle.errors if word in error.message] or not word
+    assert toy.faults == (["VALIDATION"] if word else [])
+    toy.drive()
+    assert toy.vehicle.last_node == ("n1", 2)
+
+
+def corridor_order(loss="STOP", *, base=3):
+    content = along(0, base, 3)
+    for number in (0, 2):
+        content["edges"][number]["corridor"] = {
+            "leftWidth": 1.0, "rightWidth": 1.0, "releaseRequired": True,
+            "releaseLossBehavior": loss,
+        }  # fmt: skip
+    return content
+
+
+def ask_for_corridor(**order):
+    toy = Toy(OF_3)
+    toy.send(corridor_order(**order))
+    toy.wait(0.1)
+    return toy
+
+
+def corridors(toy):
+    return [(each.edge_id, each.request_status) for each in toy.vehicle.edge_requests]
+
+
+def answer_corridor(toy, grant, index=0, **more):
+    request = toy.vehicle.edge_requests[index]
+    response = {"requestId": request.request_id, "grantType": grant} | more
+    hear(toy, "responses", responses=[response])
+    toy.wait(0.1)
+
+
+def test_an_edge_is_followed_until_its_corridor_is_granted():
+    toy = ask_for_corridor()
+    assert corridors(toy) == [("e0", "REQUESTED"), ("e2", "REQUESTED")]
+    assert [each.sequence_id for each in toy.vehicle.edge_requests] == [1, 5]
+    assert toy.vehicle.path_of(toy.vehicle.leg) is not None
+    assert toy.vehicle.corridors_of(toy.vehicle.leg) == []
+    answer_corridor(toy, "GRANTED")
+    assert corridors(toy)[0] == ("e0", "GRANTED")
+    assert toy.vehicle.path_of(toy.vehicle.leg) is None
+    (area,) = toy.vehicle.corridors_of(toy.vehicle.leg)
+    assert area.bounds[1] == pytest.approx(-1.2)
+    toy.step()
+    toy.wait(0.1)
+    assert corridors(toy) == [("e2", "REQUESTED")]
+    answer_corridor(toy, "REJECTED")
+    assert corridors(toy) == []
+    toy.drive()  # along the line
+    assert toy.vehicle.last_node == ("n3", 6)
+    assert toy.faults == []
+
+
+def test_only_corridors_of_the_base_are_asked_for():
+    assert corridors(ask_for_corridor(base=1)) == [("e0", "REQUESTED")]
+
+
+@pytest.mark.parametrize("loss", ["REVOKED", "EXPIRED"])
+def test_a_robot_whose_corridor_is_lost_stops_or_returns_to_the_line(loss):
+    for behaviour in ("STOP", "RETURN"):
+        toy = ask_for_corridor(loss=behaviour)
+        answer_corridor(toy, "GRANTED", leaseExpiry=LATER)
+        toy.pose = Pose(1.0, 0.6, 0.0)
+        toy.wait(1.0)
+        if loss == "REVOKED":
+            answer_corridor(toy, "REVOKED")
+        else:
+            toy.clock(61.0)
+        assert corridors(toy)[0] == ("e0", loss)
+        if behaviour == "STOP":
+            assert toy.vehicle.leg is None
+            assert toy.faults == ["RELEASE_LOST"]
+            assert toy.vehicle.errors[0].references["edgeId"] == "e0"
+            answer_corridor(toy, "GRANTED")
+            assert toy.vehicle.path_of(toy.vehicle.leg) is None
+        else:
+            assert toy.vehicle.path_of(toy.vehicle.leg) is not None
+            toy.pose = Pose(1.2, 0.0, 0.0)
+            toy.wait(1.0)
+            assert corridors(toy) == [("e2", "REQUESTED")]
+            toy.clock(toy.now + 11.0)
+            assert sorted(corridors(toy)) == [("e0", "REQUESTED"), ("e2", "REQUESTED")]
+        assert toy.faults == []
+
+
+def test_requests_are_valid_in_the_state_and_their_numbers_are_never_used_twice():
+    toy = toy_with(zone("RELEASE", 1.0, 5.0), zone("COORDINATED_REPLANNING", 2.5, 3.5))
+    toy.send(corridor_order())
+    toy.wait(0.1)
+    vehicle = toy.vehicle
+    asked = (*vehicle.zones.requests, *vehicle.edge_requests)
+    assert len({each.request_id for each in asked}) == len(asked) == 4
+    state = msgspec.structs.replace(
+        toy.state(), zone_requests=vehicle.zones.requests, edge_requests=vehicle.edge_requests
+    )
+    told = msgspec.json.decode(toy.dialect.write("state", state))
+    read = Reader("3.0", is_lenient=False).record(told, "state")
+    assert [each["requestType"] for each in read["zoneRequests"]] == ["ACCESS", "REPLANNING"]
+    assert {each["requestType"] for each in read["edgeRequests"]} == {"CORRIDOR"}
+
+
 def test_zones_become_a_mask_and_a_limit():
     toy = toy_with(
         zone("BLOCKED", 10.0, 12.0), zone("PENALTY", 14.0, 16.0, penaltyFactor=0.5),
@@ -131,7 +342,6 @@ def test_in_a_line_guided_zone_the_line_of_an_edge_is_followed():
     [
         (zone("DIRECTED", 1.0, 2.0, direction=0.0, limitation="SOFT"), "UNSUPPORTED"),
         (zone("BIDIRECTED", 1.0, 2.0, direction=0.0, limitation="SOFT"), "UNSUPPORTED"),
-        (zone("COORDINATED_REPLANNING", 1.0, 2.0), "UNSUPPORTED"),
         (zone("ACTION", 1.0, 2.0, **NO_ACTIONS), "UNSUPPORTED"),
         (zone("RELEASE", 1.0, 2.0, releaseLossBehavior="EVACUATE"), "UNSUPPORTED"),
         (zone("SPEED_LIMIT", 1.0, 2.0), "VALIDATION"),
