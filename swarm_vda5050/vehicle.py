@@ -217,6 +217,7 @@ class Vehicle:
         except OrderRejectedError as error:
             self.reject(error, type(message), **message.references)
         self._advance()
+        self._ask()
         return self._answers
 
     def plan_faults(self, timed: Sequence[tuple[float, OrderAction]]) -> None:
@@ -263,7 +264,7 @@ class Vehicle:
         self.is_manual = is_by_hand
         if before is not None:
             self._pass_nodes(before.pose_map)
-        self._ask(senses)
+        self._ask(has_stopped=senses.is_standing)
         self._advance()
         self.tally.pass_time(senses.now, is_busy=self.is_busy and self._cancel is None)
 
@@ -284,6 +285,7 @@ class Vehicle:
         for _ in range(keys.index(end) + 1):
             self._traverse()
         self._advance()
+        self._ask()
 
     def end_fine_positioning(self, problem: str) -> None:
         """The robot stands on the exact pose, or cannot.
@@ -463,15 +465,21 @@ class Vehicle:
 
     # What it asks for; of 3.0
 
-    def _ask(self, senses: RobotSenses) -> None:
-        """Ask for zones, ways and corridors, and do what becomes of lost permissions."""
+    def _ask(self, *, has_stopped: bool = False) -> None:
+        """Ask for zones, ways and corridors, and do what becomes of lost permissions.
+
+        Args:
+            has_stopped: Whether the robot stands since it was told of its permissions.
+        """
+        if (senses := self.senses) is None:
+            return
         may_ask = not self.is_manual
         self.zones.look(
             self._way,
             senses.utc,
             self._lines_ahead(MOST_ASKED),
             self.order_id,
-            is_standing=senses.is_standing,
+            is_standing=has_stopped,
             may_ask=may_ask,
         )
         keys = set()

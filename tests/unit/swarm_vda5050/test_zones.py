@@ -108,10 +108,13 @@ def test_the_way_through_a_coordinated_zone_is_asked_for_and_followed():
     assert set(toy.vehicle.zones.costs.values()) == {KEEPOUT}  # nobody plans through it
     answer(toy, "QUEUED")
     assert toy.vehicle.leg is None
-    answer(toy, "GRANTED")
+    assert statuses(toy) == ["REQUESTED"]
+    (request,) = toy.vehicle.zones.requests
+    granted = {"requestId": request.request_id, "grantType": "GRANTED"}
+    hear(toy, "responses", responses=[granted])
     assert statuses(toy) == ["GRANTED"]
     assert toy.vehicle.leg.is_followed
-    assert toy.vehicle.zones.costs == {}
+    assert toy.vehicle.zones.costs == {}  # as soon as the way is driven
     assert toy.vehicle.path_of(toy.vehicle.leg)[-1].tolist() == [6.0, 0.0]
     toy.step()
     toy.send(along(3, 4, 4, update=1))  # its edge does not touch the zone
