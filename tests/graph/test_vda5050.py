@@ -118,6 +118,12 @@ def order_from(state, order_id, x, y, *actions):
     return header() | {"serialNumber": state["serialNumber"]} | parts
 
 
+def ended(state, action_id):
+    """Return the status of an action; empty if there is none."""
+    found = [a["actionStatus"] for a in state["actionStates"] if a["actionId"] == action_id]
+    return found[0] if found else ""
+
+
 def round_the_corner(state):
     """Return an order in a corridor that does not lead straight to its end."""
     content = order_from(state, "corner", 0.0, -2.0)
@@ -214,6 +220,32 @@ def test_a_fleet_control_drives_the_swarm(swarm):
     assert max(speeds) < 0.05
     assert abs(listener.state("Srobot1")["agvPosition"]["theta"]) > 2.8
     assert listener.state("Srobot1")["errors"] == []
+    exact = action("finePositioning", "exact", stationName="dock")
+    content = order_from(listener.state("Srobot1"), "exact", 2.0, -2.0, exact)
+    content["nodes"][1]["nodePosition"] |= {"theta": 0.7}
+    listener.send("Srobot1", "order", content)
+    maps = ROOT / "maps"
+    for version, name in (("2", WORLD), ("3", "slim_blockage")):
+        link = (maps / f"{name}.yaml").as_uri()
+        told = {"mapId": WORLD, "mapVersion": version, "mapDownloadLink": link}
+        actions = {"actions": [action("downloadMap", f"map-{version}", "NONE", **told)]}
+        told = header() | {"serialNumber": "Srobot1"} | actions
+        listener.send("Srobot1", "instantActions", told)
+    listener.await_error("Srobot1", "actionError", "does not fit the running world")
+    listener.wait(
+        lambda: [each["mapVersion"] for each in listener.state("Srobot1")["maps"]] == ["1", "2"],
+        "it has the map",
+    )
+    listener.wait(
+        lambda: (
+            listener.state("Srobot1")["orderId"] == "exact"
+            and ended(listener.state("Srobot1"), "exact") == "FINISHED"
+        ),
+        "it stands exactly",
+    )
+    at = listener.state("Srobot1")["agvPosition"]
+    assert math.hypot(at["x"] - 2.0, at["y"] + 2.0) < 0.06
+    assert abs(at["theta"] - 0.7) < 0.06
     count = len(listener.all("Srobot2", "connection"))
     kill_broker(up)
     listener.wait(lambda: len(listener.all("Srobot2", "connection")) > count, "the broker is back")
