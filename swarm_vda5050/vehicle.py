@@ -363,7 +363,8 @@ class Vehicle:
     def fine_target(self) -> NodePosition | None:
         """The pose on which the robot is to stand exactly; None for none, or not now."""
         is_kept = self.is_paused or self.is_manual or self._cancel is not None
-        if is_kept or self.simulated.holds or self._fine is None or self._from is None:
+        is_kept = is_kept or self.simulated.holds or self.zones.is_stopped
+        if is_kept or self._fine is None or self._from is None:
             return None
         return self._from.node_position
 

@@ -238,6 +238,11 @@ class ZoneKeeper:
         return len(way) - 1
 
     @property
+    def is_stopped(self) -> bool:
+        """Whether the robot is in a zone in which it must not drive."""
+        return self._is_stopped
+
+    @property
     def is_coordinated(self) -> bool:
         """Whether there are zones through which ways are granted."""
         return any(zone.zone_type == COORDINATED for zone in self._zones.values())
@@ -275,8 +280,8 @@ class ZoneKeeper:
         return any(zone.zone_type in GUIDING for zone in self._zones.values())
 
     def guides(self, line_map: FloatArray) -> bool:
-        """Return whether a line (n, 2) [m] touches a zone in which it is to be followed."""
-        line = shapely.LineString(line_map)
+        """Return whether a robot on a line (n, 2) [m] touches a zone in which it is followed."""
+        line = shapely.LineString(line_map).buffer(self.radius)
         return any(
             zone.zone_type in GUIDING and self._areas[name].intersects(line)
             for name, zone in self._zones.items()

@@ -7,7 +7,7 @@ import pytest
 from swarm_common.model.grid import KEEPOUT, Grid
 from swarm_common.model.records import Pose
 from swarm_vda5050.reading import Reader
-from tests.fakes.fleet_orders import MAP, OF_3, Toy, along
+from tests.fakes.fleet_orders import MAP, OF_3, Toy, action, along, node, order
 
 NO_ACTIONS = {"entryActions": [], "duringActions": [], "exitActions": []}
 LATER = "2026-01-01T00:01:00Z"
@@ -124,6 +124,30 @@ def test_the_way_through_a_coordinated_zone_is_asked_for_and_followed():
     assert toy.vehicle.last_node == ("n4", 8)
     assert statuses(toy) == []
     assert toy.faults == []
+
+
+def test_an_edge_on_which_only_the_body_touches_a_coordinated_zone_is_asked_for_and_followed():
+    beside = zone("COORDINATED_REPLANNING", 3.0, 5.0)
+    beside["vertices"] = [{"x": v["x"], "y": v["y"] + 1.1} for v in beside["vertices"]]
+    toy = toy_with(beside)
+    toy.send(along(0, 2, 2))
+    toy.wait(0.1)
+    assert statuses(toy) == ["REQUESTED"]
+    answer(toy, "GRANTED")
+    toy.step()
+    assert toy.vehicle.leg.is_followed
+
+
+def test_who_stands_exactly_stops_in_a_zone_whose_release_is_lost():
+    toy = toy_with(zone("RELEASE", 1.0, 5.0))
+    toy.send(order([node(0), node(1, action("finePositioning", "f"))]))
+    toy.wait(0.1)
+    answer(toy, "GRANTED")
+    toy.drive()
+    toy.wait(0.1)
+    assert toy.vehicle.fine_target is not None
+    answer(toy, "REVOKED")
+    assert toy.vehicle.fine_target is None
 
 
 def test_a_longer_way_is_asked_for_anew_while_the_granted_one_is_driven():
