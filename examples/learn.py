@@ -106,7 +106,9 @@ if __name__ == "__main__":
     print("door:", judge(model, 2, "doorway", across))
     print("door, shielded:", judge(model, 2, "doorway", across, shield=True))
     for brain in ("policy.onnx", "orca", "ours"):
-        runs = [run_scenario("doorway", robots=2, brain=brain, seed=seed) for seed in SEEDS]
+        runs = [
+            run_scenario("doorway", robots=2, brain=brain, seed=seed, lidar=True) for seed in SEEDS
+        ]
         reached, sent, touched = (
             sum(getattr(run, name) for run in runs)
             for name in ("goals_reached", "goals_sent", "robot_robot")

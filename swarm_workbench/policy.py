@@ -164,8 +164,18 @@ class PolicyBrain:
         robot_id: int,
         initial_pose_map: Pose,
     ) -> None:
-        """Stand at a pose without a goal; `brain.plugin` is the path of the model."""
+        """Stand at a pose without a goal; `brain.plugin` is the path of the model.
+
+        Raises:
+            ConfigError: If the model is unusable, or sees scans of LiDARs that are off.
+        """
         self._policy = policy = Policy(config.brain.plugin, spec)
+        if "scan" in policy.config.parts and config.costmap.scan_timeout == 0.0:
+            raise ConfigError(
+                f"{config.brain.plugin} sees scans, and this run has no LiDARs: switch them on"
+                " (lidar=True of run_scenario, --lidar of swarm-bench, with_lidar in a scenario,"
+                " costmap.scan_timeout above 0)"
+            )
         self._ways: ShortestWays | None = None
         if "way" in policy.config.parts:
             self._ways = ShortestWays(grid, spec.circumscribed_radius, 1)

@@ -24,6 +24,7 @@ def run_scenario(
     brain: str = "ours",
     parameters: Mapping[str, Any] | None = None,
     time_limit: float | None = None,
+    lidar: bool | None = None,
 ) -> RunResult:
     """Run a scenario on the bench to its end.
 
@@ -33,6 +34,7 @@ def run_scenario(
         brain: What decides for each robot: ours, dwa, orca, `module:Class`, or a policy.onnx.
         parameters: Navigators' parameters by dotted name, in place of the defaults.
         time_limit: [s] of simulated time, in place of the scenario's limit or duration.
+        lidar: Whether LiDARs run, in place of what the scenario says.
 
     Raises:
         SwarmError: If a file or a value is unusable.
@@ -43,6 +45,8 @@ def run_scenario(
         limits = {check_size(count, "robots"): time_limit}
         end = {"duration": time_limit} if chosen.duration else {"time_limit": limits}
         chosen = replace(chosen, **end)
+    if lidar is not None:
+        chosen = replace(chosen, with_lidar=lidar)
     return run(
         RunOptions(
             scenario=chosen, robots=count, seed=seed, method=brain, parameters=parameters or {}

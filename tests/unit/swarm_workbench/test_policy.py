@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from swarm_common.model.errors import SwarmError
-from swarm_workbench import Swarm, load_robot
+from swarm_workbench import Swarm, load_robot, run_scenario
 from swarm_workbench.gym import RobotEnv, SwarmEnv
 from swarm_workbench.policy import Policy, describe_policy
 from tests.fakes.policies import TO_THE_GOAL, save_policy
@@ -96,6 +96,17 @@ def test_a_policy_drives_to_goals_on_the_bench(tmp_path):
         goal.cancel()
         assert goal.wait(timeout=1.0).outcome == "canceled"
         assert swarm.report.collisions == 0
+
+
+def test_a_policy_that_sees_scans_gets_some(tmp_path):
+    """Without LiDARs it saw no wall: its figures were those of a blind one."""
+    path = save_policy(tmp_path / "policy.onnx")
+    with pytest.raises(SwarmError, match="sees scans, and this run has no LiDARs"):
+        run_scenario("doorway", robots=2, brain=path, time_limit=2.0)
+    assert run_scenario("doorway", robots=2, brain=path, time_limit=2.0, lidar=True).goals_sent
+    path = save_policy(tmp_path / "numbers.onnx", LOWER_NUMBERS_DRIVE)
+    describe_policy(path, RobotEnv(2, "doorway", parts=("precedence",), neighbours=1).options)
+    assert run_scenario("doorway", robots=2, brain=path, time_limit=2.0).goals_sent
 
 
 def test_policies_that_are_of_no_use_are_refused(tmp_path):
