@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import os
 
+from swarm_common.middleware.ros_env import MOST_PARTICIPANTS, TERMINALS, participants_of
 from swarm_common.model.errors import ConfigError
 
 AUTO = "auto"
 ROBOTS_PER_CORE = 10  # up to which each navigator has a process of its own, with `AUTO`
+
+
+def most_processes(robots: int) -> int:
+    """Return the number of navigator processes that DDS has ids for on one host."""
+    return MOST_PARTICIPANTS - TERMINALS - participants_of(robots, 0)
 
 
 def parse_pack(text: str | int | None, robots: int, most: int, cores: int | None = None) -> int:

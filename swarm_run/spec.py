@@ -21,9 +21,6 @@ from swarm_common.files.zones_io import KEEPOUT_MASK, LANES, SPEED_MASK
 from swarm_common.middleware.addresses import check_address, check_port, own_address
 from swarm_common.middleware.ros_env import (
     FEW_ROBOTS,
-    MOST_PARTICIPANTS,
-    TERMINALS,
-    participants_of,
 )
 from swarm_common.model.central import Coordination
 from swarm_common.model.engines import check_engine
@@ -40,7 +37,7 @@ from swarm_run.domain import DomainLock, domain_id
 from swarm_run.fleet_link import FleetLink, fleet_link
 from swarm_run.host_options import Role, check_combination
 from swarm_run.listing import world_names
-from swarm_run.packing import parse_pack
+from swarm_run.packing import most_processes, parse_pack
 
 SIZE_LIMIT = 100  # robots, without --over-limit
 DEFAULT_SIZE = 5
@@ -329,12 +326,7 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
     @property
     def pack_size(self) -> int:
         """Navigators per process."""
-        return parse_pack(self.pack, self.size, self._most_processes)
-
-    @property
-    def _most_processes(self) -> int:
-        """Navigator processes that DDS has ids for on a host."""
-        return MOST_PARTICIPANTS - TERMINALS - participants_of(self.size, 0)
+        return parse_pack(self.pack, self.size, most_processes(self.size))
 
     @property
     def rviz_windows(self) -> Sequence[str]:
@@ -436,7 +428,7 @@ class RunSpec(Schema, frozen=True, kw_only=True, dict=True, omit_defaults=True):
 
     def _check_processes(self) -> None:
         """Refuse more processes than DDS has ids for on a host; they would wait for ever."""
-        most = self._most_processes
+        most = most_processes(self.size)
         if not self.bind and self.size > self.pack_size * most:
             least = -(-self.size // most) if most > 0 else 0
             hint = f"put several in each with --pack {max(least, 10)}, or " if least else ""

@@ -34,7 +34,7 @@ from swarm_common.model.errors import ConfigError, SwarmError
 from swarm_common.process.compiled_code import is_compiled
 from swarm_common.process.home import NAME, cache_base, can_be_written
 from swarm_run.domain import domain_id
-from swarm_run.packing import parse_pack
+from swarm_run.packing import most_processes, parse_pack
 from swarm_setup.build import ensure_interfaces, foreign_interfaces, stale_interfaces
 from swarm_setup.compiled import ensure_compiled
 
@@ -306,8 +306,7 @@ def doctor(
     """
     if not 1 <= swarm_size <= MOST_ROBOTS:
         raise ConfigError(f"--swarm-size is {swarm_size}; expected 1 to {MOST_ROBOTS}")
-    most = MOST_PARTICIPANTS - TERMINALS - participants_of(swarm_size, 0)
-    packed = parse_pack(pack, swarm_size, most)
+    packed = parse_pack(pack, swarm_size, most_processes(swarm_size))
     findings = examine(look(), swarm_size, domain_id(), packed)
     console = Console(markup=False)  # brackets in a name are none
     console.print(_table(findings, swarm_size))
