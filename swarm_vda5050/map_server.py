@@ -75,8 +75,8 @@ class MapServerClient:
         problem = ""
         try:
             check_map(download.link, download.digest, self._world)
-        except SwarmError as error:
-            problem = str(error)
+        except Exception as error:  # whatever it is, the action has to end
+            problem = str(error) or type(error).__name__
         self._events.put(DownloadEvent(download.action_id, problem))
 
 

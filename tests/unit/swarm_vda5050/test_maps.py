@@ -95,12 +95,14 @@ def test_a_download_tells_when_it_begins_and_ends(server):
     events = []
     for name in ("hall.zip", "none.zip"):
         client.begin(MapDownload(name, f"{server}/{name}", ""))
+    client.begin(MapDownload("port", f"http://127.0.0.1:{10**20}/hall.zip", ""))  # OverflowError
     end = time.monotonic() + 60.0
-    while len(events) < 4 and time.monotonic() < end:
+    while len(events) < 6 and time.monotonic() < end:
         events += client.poll()
         time.sleep(0.01)
     problems = {event.action_id: event.problem for event in events}
-    assert [event.problem for event in events].count(None) == 2
+    assert [event.problem for event in events].count(None) == 3
+    assert problems["port"]
     assert problems["hall.zip"] == ""
     assert "cannot be had" in problems["none.zip"]
 
