@@ -7,13 +7,11 @@ https://docs.ros.org/en/jazzy/p/rcl: `rcl_node_get_graph_guard_condition`
 
 from __future__ import annotations
 
-import ctypes
-from typing import Any
-
 from rclpy.context import Context
 from rclpy.node import Node
 
 from swarm_common.middleware import rclpy_compat
+from swarm_common.middleware.rcl_take import libraries
 
 
 class GraphWatch:
@@ -24,11 +22,9 @@ class GraphWatch:
 
     def __init__(self, context: Context) -> None:
         """Watch from now on."""
-        rcl: Any = ctypes.CDLL("librcl.so")
+        rcl, _ = libraries()
         self._condition = rcl.rcl_node_get_graph_guard_condition
-        self._condition.restype, self._condition.argtypes = ctypes.c_void_p, (ctypes.c_void_p,)
         self._add = rcl.rcl_wait_set_add_guard_condition
-        self._add.argtypes = (ctypes.c_void_p,) * 3
         self._set = rclpy_compat.wait_set(context, guards=1)
 
     def has_changed(self, node: Node) -> bool:

@@ -52,9 +52,13 @@ class _Info(ctypes.Structure):
 
 
 @functools.cache
-def _libraries() -> tuple[Any, Any]:
+def libraries() -> tuple[Any, Any]:
+    """Return rcl and rcutils, with the types of what we call."""
     rcl, rcutils = ctypes.CDLL("librcl.so"), ctypes.CDLL("librcutils.so")
     rcl.rcl_take_serialized_message.argtypes = (ctypes.c_void_p,) * 4
+    rcl.rcl_wait_set_add_guard_condition.argtypes = (ctypes.c_void_p,) * 3
+    rcl.rcl_node_get_graph_guard_condition.argtypes = (ctypes.c_void_p,)
+    rcl.rcl_node_get_graph_guard_condition.restype = ctypes.c_void_p
     rcutils.rcutils_get_default_allocator.restype = _Allocator
     rcutils.rcutils_get_zero_initialized_uint8_array.restype = _Bytes
     return rcl, rcutils
@@ -76,7 +80,7 @@ class Taker:
     """
 
     def __init__(self) -> None:
-        rcl, rcutils = _libraries()
+        rcl, rcutils = libraries()
         self.sender = NOBODY
         self.received = 0
         self.sequence = 0
