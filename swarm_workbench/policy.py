@@ -44,6 +44,35 @@ OF_NAVIGATOR = {
 }  # fmt: skip
 
 
+def _session(path: str) -> Any:
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = options.inter_op_num_threads = 1
+    try:
+        return onnxruntime.InferenceSession(path, options, ["CPUExecutionProvider"])
+    except Exception as error:  # of a dozen kinds
+        raise ConfigError(f"{path} is no model in ONNX that can be read: {error}") from None
+
+
+def _inputs(model: Any) -> dict[str, list[Any]]:
+    return {each.name: list(each.shape) for each in model.get_inputs()}
+
+
+def _written_in(model: Any, path: str) -> PolicyConfig:
+    """Return what `describe_policy` wrote into a model, or what the names of its inputs say."""
+    written = model.get_modelmeta().custom_metadata_map.get(CONFIG)
+    if written is not None:
+        try:
+            found = msgspec.json.decode(written)
+        except msgspec.DecodeError:
+            found = written
+        return convert(found, PolicyConfig, f"{path}: {CONFIG}")
+    inputs = _inputs(model)
+    neighbours = inputs.get("neighbours", [1, 4, NEIGHBOUR])[1]
+    count = neighbours if isinstance(neighbours, int) and neighbours > 0 else 4
+    parts = tuple(part for part in PARTS if part in inputs)
+    return PolicyConfig(parts=parts or ("goal",), neighbours=count)
+
+
 class Policy:
     """A model in ONNX that turns observations of one robot into twists.
 
@@ -58,12 +87,10 @@ class Policy:
         Raises:
             ConfigError: If its inputs are not parts of an observation.
         """
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = options.inter_op_num_threads = 1
-        self._model = onnxruntime.InferenceSession(path, options, ["CPUExecutionProvider"])
+        self._model = _session(path)
         self._spec = spec
-        self.inputs = {each.name: list(each.shape) for each in self._model.get_inputs()}
-        self.config = self._config(path)
+        self.inputs = _inputs(self._model)
+        self.config = _written_in(self._model, path)
         self._observer = Observer(self.config, spec, 1)
         shapes = {name: [1, *bounds.shape] for name, bounds in self._observer.bounds.items()}
         if self.config.observation == "flat":
@@ -78,20 +105,6 @@ class Policy:
                     f"{path} has the input {name} {shape}; expected some of {shapes}, as"
                     f" observations of {spec.model} are"
                 )
-
-    def _config(self, path: str) -> PolicyConfig:
-        """Return what `describe_policy` wrote into the model, or what the names of inputs say."""
-        written = self._model.get_modelmeta().custom_metadata_map.get(CONFIG)
-        if written is not None:
-            try:
-                found = msgspec.json.decode(written)
-            except msgspec.DecodeError:
-                found = written
-            return convert(found, PolicyConfig, f"{path}: {CONFIG}")
-        neighbours = self.inputs.get("neighbours", [1, 4, NEIGHBOUR])[1]
-        count = neighbours if isinstance(neighbours, int) and neighbours > 0 else 4
-        parts = tuple(part for part in PARTS if part in self.inputs)
-        return PolicyConfig(parts=parts or ("goal",), neighbours=count)
 
     def restart(self, ranges: Any) -> None:
         """Begin a way to a goal, with the ranges (rays,) [m] of the latest scan."""
@@ -164,18 +177,8 @@ class PolicyBrain:
         robot_id: int,
         initial_pose_map: Pose,
     ) -> None:
-        """Stand at a pose without a goal; `brain.plugin` is the path of the model.
-
-        Raises:
-            ConfigError: If the model is unusable, or sees scans of LiDARs that are off.
-        """
+        """Stand at a pose without a goal; `brain.plugin` is the path of the model."""
         self._policy = policy = Policy(config.brain.plugin, spec)
-        if "scan" in policy.config.parts and config.costmap.scan_timeout == 0.0:
-            raise ConfigError(
-                f"{config.brain.plugin} sees scans, and this run has no LiDARs: switch them on"
-                " (lidar=True of run_scenario, --lidar of swarm-bench, with_lidar in a scenario,"
-                " costmap.scan_timeout above 0)"
-            )
         self._ways: ShortestWays | None = None
         if "way" in policy.config.parts:
             self._ways = ShortestWays(grid, spec.circumscribed_radius, 1)
@@ -187,6 +190,21 @@ class PolicyBrain:
         self._others = Reception(np.zeros((0, 0), np.uint32), np.zeros(0, np.int64))
         self._goal: Goal | None = None
         self._number = robot_id
+
+    @staticmethod
+    def check_config(config: NavConfig) -> None:
+        """Refuse a model that sees scans where there are no LiDARs.
+
+        Raises:
+            ConfigError: If it does, or is no model of a policy.
+        """
+        path = config.brain.plugin
+        if config.costmap.scan_timeout == 0.0 and "scan" in _written_in(_session(path), path).parts:
+            raise ConfigError(
+                f"{path} sees scans, and this run has no LiDARs: switch them on (lidar=True of"
+                " run_scenario, --lidar of swarm-bench, with_lidar in a scenario,"
+                " costmap.scan_timeout above 0)"
+            )
 
     def __getattr__(self, name: str) -> Any:
         if name in OF_NAVIGATOR:

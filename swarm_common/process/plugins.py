@@ -127,15 +127,12 @@ class Guard:
 
         Args:
             what: Kind and name, for messages.
-
-        Raises:
-            ConfigError: If the plug-in refuses what it was made from.
         """
         self.what = what
         self._own: Any = None
         self._final: PluginError | None = None
         try:
-            self._own = self._run("__init__", make, arguments, MOST_START_TIME, (ConfigError,))
+            self._own = self._run("__init__", make, arguments, MOST_START_TIME)
         except PluginError as error:
             self._final = error
 

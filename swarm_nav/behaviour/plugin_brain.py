@@ -21,7 +21,7 @@ from swarm_nav.behaviour.plain import PlainBrain
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import ErrorCode, Event, Goal, GoalEnded, GoalKind, Outcome, Output
 from swarm_nav.core.goals import Status as StatusRecord
-from swarm_nav.core.plugins import BRAIN
+from swarm_nav.core.plugins import BRAIN, check_plugins
 from swarm_nav.interfaces import RobotBrain
 
 ASKED = (  # the plug-in, if it has them; else the plain answer counts
@@ -51,7 +51,7 @@ def make_brain(
         names: Names of all robots, for people; None for the usual ones.
 
     Raises:
-        ConfigError: If the plug-in is missing.
+        ConfigError: If the plug-in is missing, or refuses the parameters.
         MapError: If the map is of no use.
     """
     place = grid, sites, robot_id, initial_pose_map
@@ -61,6 +61,7 @@ def make_brain(
                 f"traffic.coordination is {config.traffic.coordination}: a centre leads built-in"
                 f" navigators, not brain.plugin {config.brain.plugin}"
             )
+        check_plugins(config)
         return PluginBrain(config, spec, *place)
     return Navigator(config, spec, *place, names)
 

@@ -107,13 +107,15 @@ KINDS = (CONTROLLER, PLANNER, LOCALISER, PRIORITY, BRAIN)
 
 
 def check_plugins(config: NavConfig) -> None:
-    """Find the plug-ins of a robot, and import their modules.
+    """Find the plug-ins of a robot, import their modules, and ask those that want to be asked.
 
     Raises:
-        ConfigError: If one is missing.
+        ConfigError: If one is missing, or its static method `check_config` refuses the parameters.
     """
     for parameter, name in own_plugins(config):
-        _found(parameter, name)
+        check = getattr(_found(parameter, name), "check_config", None)
+        if check is not None:
+            check(config)
 
 
 def own_plugins(config: NavConfig) -> list[tuple[str, str]]:

@@ -104,6 +104,9 @@ def test_a_policy_that_sees_scans_gets_some(tmp_path):
     with pytest.raises(SwarmError, match="sees scans, and this run has no LiDARs"):
         run_scenario("doorway", robots=2, brain=path, time_limit=2.0)
     assert run_scenario("doorway", robots=2, brain=path, time_limit=2.0, lidar=True).goals_sent
+    (tmp_path / "damaged.onnx").write_text("nothing")
+    with pytest.raises(SwarmError, match=r"damaged\.onnx is no model in ONNX"):
+        run_scenario("doorway", robots=2, brain=str(tmp_path / "damaged.onnx"), time_limit=2.0)
     path = save_policy(tmp_path / "numbers.onnx", LOWER_NUMBERS_DRIVE)
     describe_policy(path, RobotEnv(2, "doorway", parts=("precedence",), neighbours=1).options)
     assert run_scenario("doorway", robots=2, brain=path, time_limit=2.0).goals_sent
