@@ -41,7 +41,7 @@ def test_bench_and_graph_are_equal(tmp_path, monkeypatch):
 
 def test_a_policy_drives_the_same_way_on_bench_and_graph(tmp_path):
     path = save_policy(tmp_path / "policy.onnx")
-    scenario = dataclasses.replace(load_scenario("circle"), time_limit={3: 12.0})
+    scenario = dataclasses.replace(load_scenario("circle"), time_limit={3: 12.0}, with_lidar=True)
     options = RunOptions(scenario=scenario, robots=3, method=path)
     bench = Harness(options).run()
     parameters = {"brain.plugin": path}
