@@ -1,7 +1,7 @@
-"""Teaches one policy to all robots by PPO, with the extra `train`: learn.py [CPU_MINUTES]."""
+"""Teaches one policy to all robots by PPO, with the extra `train`."""
 
+import argparse
 import resource
-import sys
 
 import numpy as np
 import torch
@@ -99,8 +99,10 @@ def judge(model, robots, world, curriculum=None, shield=False):
 
 
 if __name__ == "__main__":
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("cpu_minutes", nargs="?", type=float, default=13.0)
     torch.set_num_threads(1)
-    model, curve = train(float([*sys.argv, 13.0][1]))
+    model, curve = train(arguments.parse_args().cpu_minutes)
     draw(curve)
     print("empty hall:", judge(model, 1, "hall_12"))
     print("door:", judge(model, 2, "doorway", across))

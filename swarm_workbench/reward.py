@@ -13,8 +13,9 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeGuard
 
 import numpy as np
 
@@ -65,6 +66,19 @@ WEIGHTS = {
 OwnReward = Callable[[StepOutcome], Any]
 
 
+def takes(given: Any, arguments: int) -> TypeGuard[Callable[..., Any]]:
+    """Return whether something is a callable of so many arguments, as far as one can see."""
+    if not callable(given):
+        return False
+    try:
+        inspect.signature(given).bind(*range(arguments))
+    except TypeError:
+        return False
+    except ValueError:  # a built-in one without a signature
+        return True
+    return True
+
+
 class Reward:
     """Weighted sum of terms, or what a callable says.
 
@@ -78,8 +92,8 @@ class Reward:
         Raises:
             ConfigError: If there is no such term, or a weight is no finite number.
         """
-        self._own = given if callable(given) else None
-        weights = {} if given is None or callable(given) else given
+        self._own = given if takes(given, 1) else None
+        weights = {} if given is None or self._own is not None else given
         if not isinstance(weights, Mapping):
             raise ConfigError(
                 f"reward is {shown(given)}; expected weights by term, or a callable of an outcome"

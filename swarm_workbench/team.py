@@ -27,7 +27,7 @@ from swarm_workbench.observation import (
     Rows,
     speeds_of,
 )
-from swarm_workbench.reward import Reward, StepOutcome
+from swarm_workbench.reward import Reward, StepOutcome, takes
 from swarm_workbench.ways import ShortestWays
 from swarm_workbench.world import World
 
@@ -62,7 +62,7 @@ class EnvOptions(PolicyConfig):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not (self.curriculum is None or callable(self.curriculum)):
+        if not (self.curriculum is None or takes(self.curriculum, 2)):
             raise ConfigError(
                 f"curriculum is {shown(self.curriculum)}; expected a callable of the number of an"
                 " episode and a random generator"

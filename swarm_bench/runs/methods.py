@@ -78,10 +78,11 @@ def _load_own(name: str) -> Any:
     """Return the class of a method that is not among `METHODS`; a `Team` decides for all robots."""
     try:
         return load_plugin(BRAIN.group, name, BRAIN.built_in, "method")
-    except UnknownNameError:
+    except UnknownNameError as error:
         if ":" in name:
             raise
-        raise UnknownNameError("method", name, METHODS) from None
+        known = {*METHODS, *error.known} - {"navigator"}
+        raise UnknownNameError("method", name, known) from None
 
 
 def _make_own(brain: BrainConfig, config: NavConfig, *rest: Any) -> Driver:

@@ -45,7 +45,7 @@ def refusal(tmp_path, monkeypatch, capsys):
         (["--seeds", "x"], ["--seeds is 'x'", "0-19"]),
         (["--loss", "1.5"], ["loss is 1.5"]),
         (["--engine", "gazebo"], ["unknown engine 'gazebo'", "bullet, planar"]),
-        (["--method", "mine"], ["unknown method 'mine'", "dwa, orca, ours"]),
+        (["--method", "mine"], ["unknown method 'mine'", "module:Class, orca, ours"]),
         (["--set", "traffic.safety_margin"], ["expected NAME=VALUE"]),
         (["--set", "traffic.safety_margin=-1"], ["safety_margin is -1"]),
         (["--jobs", "0"], ["--jobs is 0"]),

@@ -335,7 +335,13 @@ WRONG = {
     "observation": ["image"],
     "ticks": [0],
     "shield": ["yes"],
-    "curriculum": [3, lambda number, random: {"robot": 1}, lambda number, random: 3],
+    "curriculum": [
+        3,
+        lambda number: {},
+        lambda number, random: {"robot": 1},
+        lambda number, random: 3,
+    ],
+    "reward": [3, {"joy": 1.0}, lambda: 0.0],
     "render_mode": ["ansi"],
     "limits": [5.0],
 }
