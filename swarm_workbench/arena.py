@@ -82,10 +82,12 @@ class _OpenWorld(World):
     def take_scans(self, ranges: NDArray[np.float32], only: Collection[int] = ()) -> None:
         """Write the scans that are due at this tick; or those of some robots, as if they were."""
         assert self._lidars is not None
-        tick = 0 if only else self._tick
-        scans = self._lidars.due(tick, self._engine.poses, self._walkers.discs)
-        for robot in only or scans:
-            ranges[robot] = scans[robot].ranges
+        tick, everywhere = (0, ranges.copy()) if only else (self._tick, ranges)
+        place = self._engine.poses, self._walkers.discs
+        for group, measured in self._lidars.measured(tick, *place):
+            everywhere[group.members] = measured
+        for robot in only:
+            ranges[robot] = everywhere[robot]
 
     @property
     def twists(self) -> FloatArray:

@@ -220,7 +220,9 @@ class TeamEnv(gymnasium.Env):  # type: ignore[misc]
                 f"the action has the shape {np.shape(action)}; expected {self.action_space.shape},"
                 " a row for each robot"
             )
-        actions = team.actions_of({f"robot {row + 1}": each for row, each in enumerate(action)})
+        actions = np.asarray(action)
+        if actions.dtype.kind not in "fiu" or not np.isfinite(actions).all():
+            team.actions_of({f"robot {row + 1}": each for row, each in enumerate(action)})
         results = [self._padded(each) for each in team.step(actions[: team.count])]
         rewards, reached, contacts = results
         is_over = bool(team.is_done.all())

@@ -188,8 +188,8 @@ class LearningTeam:
             for robot in np.flatnonzero(robots).tolist():
                 self._ways.set_goal(robot, self._goals[robot])
         self._observer.restart(self._arena.ranges, robots)
-        distances, left = self._to_go()
-        self._distances[robots], self._left[robots] = distances[robots], left[robots]
+        self._distances[robots] = self._gaps_to_goals()[robots]
+        self._left[robots] = self._ways_left()[robots]
 
     def renew(self, robots: Mask) -> None:
         """Begin new episodes of some robots among the others, which drive on.
@@ -260,11 +260,12 @@ class LearningTeam:
         for remaining in reversed(range(self.options.ticks)):
             looks = remaining < self._scan_ticks  # else a newer scan follows in this step
             contacts |= self._arena.step(twists, looks) & ~self.is_done
-            reached |= (self._gaps_to_goals() < REACHED) & ~self.is_done
+            distances = self._gaps_to_goals()
+            reached |= (distances < REACHED) & ~self.is_done
             self.is_done |= reached | contacts
             twists[self.is_done] = 0.0
         self._ages += 1
-        distances, left = self._to_go()
+        left = self._ways_left()
         rewards, self.terms = self._reward.of(
             StepOutcome(
                 self._distances - distances,
@@ -306,9 +307,9 @@ class LearningTeam:
         gaps: FloatArray = np.hypot(*(self._goals - self._arena.world.poses[:, :2]).T)
         return gaps
 
-    def _to_go(self) -> tuple[FloatArray, FloatArray]:
-        """Return the distances [m] to the goals, straight and along the ways."""
+    def _ways_left(self) -> FloatArray:
+        """Return the lengths [m] of the shortest ways to the goals; zeros if nobody asks."""
         if self._ways is None:
-            return self._gaps_to_goals(), np.zeros(self.count)
+            return np.zeros(self.count)
         self._ways.follow(self._arena.world.poses)
-        return self._gaps_to_goals(), self._ways.left[: self.count].copy()
+        return self._ways.left[: self.count].copy()

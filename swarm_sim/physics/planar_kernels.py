@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from swarm_common.model.records import FloatArray, IntArray
+from swarm_common.model.records import FloatArray, IntArray, Mask
 from swarm_common.process.numba_compat import njit
 from swarm_sim.physics.walker_kernels import disc_gap
 from swarm_sim.scene.polygon_kernels import distance, overlap, place
@@ -48,17 +48,36 @@ def ramp(value: float, target: float, limit: float) -> float:
 
 
 @njit(cache=True)
-def box_gap(bounds: FloatArray, x: float, y: float) -> float:
-    """Return the distance [m] of a point from an axis-parallel box; 0 inside.
+def is_beyond(bounds: FloatArray, x: float, y: float, reach: float) -> bool:
+    """Return whether a point is farther than a reach from an axis-parallel box.
 
     Args:
         bounds: (4,) [m] x_min, y_min, x_max, y_max.
         x: [m] of the point.
         y: [m] of the point.
+        reach: [m]
     """
     dx = max(bounds[0] - x, x - bounds[2], 0.0)
     dy = max(bounds[1] - y, y - bounds[3], 0.0)
-    return math.hypot(dx, dy)
+    return dx > reach or dy > reach or math.hypot(dx, dy) > reach
+
+
+@njit(cache=True)
+def place_anew(
+    robot: int, state: FloatArray, hulls: FloatArray, placed: FloatArray, is_placed: Mask
+) -> None:
+    """Place a robot's hull where the robot is, if it is not there.
+
+    Args:
+        robot: Its index.
+        state: (n, 6), see `move`.
+        hulls: (n, k, 2), see `move`.
+        placed: (n, k, 2) [m] footprints in map; changed.
+        is_placed: (n,) whose footprint is where the robot is; changed.
+    """
+    if not is_placed[robot]:
+        place(hulls[robot], state[robot, 0], state[robot, 1], state[robot, 2], placed[robot])
+        is_placed[robot] = True
 
 
 @njit(cache=True)
@@ -66,18 +85,22 @@ def hits(
     robot: int,
     state: FloatArray,
     limits: FloatArray,
+    hulls: FloatArray,
     placed: FloatArray,
+    is_placed: Mask,
     walls: Walls,
     notes: Notes,
     step: int,
 ) -> bool:
-    """Record which robots and walls a robot's placed hull meets; return whether any.
+    """Record which robots and walls a robot's hull meets; return whether any.
 
     Args:
         robot: Its index.
         state: (n, 6), see `move`.
         limits: (n, 4), see `move`.
-        placed: (n, k, 2) [m] footprints in map.
+        hulls: (n, k, 2), see `move`.
+        placed: (n, k, 2), see `place_anew`.
+        is_placed: (n,), see `place_anew`.
         walls: Walls that can be touched.
         notes: Receives first contacts.
         step: Its number within the control period.
@@ -91,13 +114,18 @@ def hits(
         dx, dy = state[j, 0] - x, state[j, 1] - y
         if j == robot or dx * dx + dy * dy > reach * reach:
             continue
+        place_anew(robot, state, hulls, placed, is_placed)
+        place_anew(j, state, hulls, placed, is_placed)
         if overlap(placed[robot], placed[j]):
             a, b = min(robot, j), max(robot, j)
             if notes.robots[a, b] < 0:
                 notes.robots[a, b] = step
             any_hit = True
     for k in range(polygons.shape[0]):
-        if box_gap(bounds[k], x, y) <= radius and overlap(placed[robot], polygons[k]):
+        if is_beyond(bounds[k], x, y, radius):
+            continue
+        place_anew(robot, state, hulls, placed, is_placed)
+        if overlap(placed[robot], polygons[k]):
             if notes.polygons[robot, k] < 0:
                 notes.polygons[robot, k] = step
             any_hit = True
@@ -105,6 +133,7 @@ def hits(
         cx, cy, size = discs[k, 0], discs[k, 1], discs[k, 2]
         if math.hypot(cx - x, cy - y) > radius + size:
             continue
+        place_anew(robot, state, hulls, placed, is_placed)
         if disc_gap(placed[robot], cx, cy, size) <= 0.0:
             if notes.discs[robot, k] < 0:
                 notes.discs[robot, k] = step
@@ -138,9 +167,7 @@ def move(
     """
     solid, noted = Walls(*walls), Notes(*notes)
     count = state.shape[0]
-    placed = np.empty_like(hulls)
-    for i in range(count):
-        place(hulls[i], state[i, 0], state[i, 1], state[i, 2], placed[i])
+    placed, is_placed = np.empty_like(hulls), np.zeros(count, np.bool_)
     any_touch = False
     for i in range(count):
         v = ramp(state[i, 3], targets[i, 0], limits[i, 0] * period)
@@ -157,11 +184,11 @@ def move(
         state[i, 3], state[i, 4], state[i, 5] = v, w, slide
         if v == 0.0 and w == 0.0 and slide == 0.0:
             continue
-        place(hulls[i], state[i, 0], state[i, 1], state[i, 2], placed[i])
-        if hits(i, state, limits, placed, solid, noted, step):
+        is_placed[i] = False
+        if hits(i, state, limits, hulls, placed, is_placed, solid, noted, step):
             state[i, 0], state[i, 1], state[i, 2] = x, y, yaw
             state[i, 3], state[i, 4], state[i, 5] = 0.0, 0.0, 0.0
-            place(hulls[i], x, y, yaw, placed[i])
+            is_placed[i] = False
             any_touch = True
         else:
             noted.driven[i, 0] += v * period
@@ -244,7 +271,7 @@ def clearances(
                 out[i, 0], out[j, 0] = min(out[i, 0], gap), min(out[j, 0], gap)
                 listed = _list(close, listed, (j, 0, i), gap, near_miss)
         for k in range(polygons.shape[0]):
-            if box_gap(bounds[k], x, y) > limits[i, 2] + near:
+            if is_beyond(bounds[k], x, y, limits[i, 2] + near):
                 continue
             gap = distance(placed[i], polygons[k])
             if gap <= near:

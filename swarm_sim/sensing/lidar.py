@@ -187,17 +187,12 @@ class LidarGroup:
 
     def _place(self, poses: FloatArray) -> None:
         """Move the robots' sections to their poses."""
-        owners = poses[self._segment_owners]
-        end = self._still_segments + len(self._segments_base)
-        for ends in (slice(0, 2), slice(2, 4)):
-            self._segments[self._still_segments : end, ends] = moved(
-                owners, self._segments_base[:, ends]
-            )
+        first, end = self._still_segments, self._still_segments + len(self._segments_base)
+        segments, discs = self._segments[first:end], self._discs[self._still_discs :]
+        lidar_kernels.carry(poses, self._segment_owners, self._segments_base, segments)
+        lidar_kernels.carry(poses, self._disc_owners, self._discs_base, discs)
         if self.objects is not None:
             self._place_objects(self.objects, end)
-        self._discs[self._still_discs : self._first_walker, :2] = moved(
-            poses[self._disc_owners], self._discs_base[:, :2]
-        )
 
     def _place_objects(self, objects: Objects, first: int) -> None:
         outlines = objects.section(self.spec.z).outlines()
@@ -270,23 +265,30 @@ class Lidars:
                 group.objects = objects
 
     def due(self, tick: int, poses: FloatArray, walkers: FloatArray = NO_DISCS) -> dict[int, Scan]:
-        """Return the scans that are due at a tick, by index of the robot.
+        """Return the scans that are due at a tick, by index of the robot; see `measured`."""
+        scans: dict[int, Scan] = {}
+        for group, measured in self.measured(tick, poses, walkers):
+            spec = group.spec
+            limits = (spec.angle_min, spec.angle_increment, spec.range_min, spec.range_max)
+            for member, ranges in zip(group.members.tolist(), measured, strict=True):
+                scans[member] = Scan(tick, *limits, ranges)
+        return scans
+
+    def measured(
+        self, tick: int, poses: FloatArray, walkers: FloatArray
+    ) -> Iterator[tuple[LidarGroup, NDArray[np.float32]]]:
+        """Yield each group whose scans are due at a tick, and their ranges, see `LidarGroup.scan`.
 
         Args:
             tick: Current tick; a LiDAR's scans are due at the multiples of its period.
         """
-        scans: dict[int, Scan] = {}
         for group in self._groups:
             if tick % group.period_ticks:
                 group.note(poses, tick)
                 continue
-            spec = group.spec
-            limits = (spec.angle_min, spec.angle_increment, spec.range_min, spec.range_max)
-            measured = group.scan(poses, self._seed, tick, walkers)
+            ranges = group.scan(poses, self._seed, tick, walkers)
             group.note(poses, tick)
-            for member, ranges in zip(group.members, measured, strict=True):
-                scans[int(member)] = Scan(tick, *limits, ranges)
-        return scans
+            yield group, ranges
 
 
 def compose(poses: FloatArray, offset: FloatArray) -> FloatArray:

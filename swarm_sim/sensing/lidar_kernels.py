@@ -1,7 +1,7 @@
 """Numba kernels of the LiDAR: rays against segments and discs in the plane, and range noise.
 
-Each obstacle is tested only against the rays inside the angle that it spans as seen from the
-sensor, so a scan costs about as much as it has hits, not rays times obstacles.
+Each obstacle is tested only against the rays inside the angle that its part within range spans as
+seen from the sensor, so a scan costs about as much as it has hits, not rays times obstacles.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from swarm_common.process.numba_compat import njit
 from swarm_sim.sensing.radio_kernels import mixed
 
 TWO_PI = 2.0 * math.pi
+UNKNOWN = 2.0  # in place of a cosine
+TOUCHING = 1e-3  # [m] of a segment from a sensor, which then looks along it
 
 
 class Shapes(NamedTuple):
@@ -32,6 +34,24 @@ class Fan(NamedTuple):
     angle_min: float  # [rad] of ray 0, in the sensor's frame
     increment: float  # [rad]
     range_max: float  # [m]
+
+
+@njit(cache=True)
+def carry(poses: FloatArray, owners: IntArray, base: FloatArray, out: FloatArray) -> None:
+    """Write shapes that robots carry where these are.
+
+    Args:
+        poses: (n, 3): x, y [m], yaw [rad] in map.
+        owners: (s,) robot of each shape.
+        base: (s, 4) segments or (s, 3) discs, see `Shapes`, in base_footprint.
+        out: The same in map; of discs the radius is left alone.
+    """
+    for s in range(base.shape[0]):
+        x, y, yaw = poses[owners[s], 0], poses[owners[s], 1], poses[owners[s], 2]
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        for k in range(0, base.shape[1] - 1, 2):
+            out[s, k] = x + cos * base[s, k] - sin * base[s, k + 1]
+            out[s, k + 1] = y + sin * base[s, k] + cos * base[s, k + 1]
 
 
 @njit(cache=True)
@@ -102,6 +122,30 @@ def segment_gap(ax: float, ay: float, bx: float, by: float) -> float:
 
 
 @njit(cache=True)
+def within(
+    ax: float, ay: float, bx: float, by: float, reach: float
+) -> tuple[float, float, float, float]:
+    """Return the ends of the part of the segment a-b that is within reach of the origin.
+
+    Args:
+        ax: [m] of one end.
+        ay: [m] of one end.
+        bx: [m] of the other end.
+        by: [m] of the other end.
+        reach: [m]
+    """
+    ex, ey = bx - ax, by - ay
+    length = ex * ex + ey * ey
+    if max(ax * ax + ay * ay, bx * bx + by * by) <= reach * reach or length == 0.0:
+        return ax, ay, bx, by
+    middle = -(ax * ex + ay * ey) / length
+    fx, fy = ax + middle * ex, ay + middle * ey
+    half = math.sqrt(max(0.0, reach * reach - fx * fx - fy * fy) / length)
+    first, last = max(0.0, middle - half), min(1.0, middle + half)
+    return ax + first * ex, ay + first * ey, ax + last * ex, ay + last * ey
+
+
+@njit(cache=True)
 def ray_window(
     start: float, width: float, turn: int, increment: float, rays: int
 ) -> tuple[int, int]:
@@ -145,25 +189,30 @@ def cast(
     for i in range(sensors.shape[0]):
         x, y, yaw = sensors[i, 0], sensors[i, 1], sensors[i, 2]
         zero = yaw + view.angle_min
-        for k in range(rays):
-            directions[k, 0] = math.cos(zero + k * view.increment)
-            directions[k, 1] = math.sin(zero + k * view.increment)
-            out[i, k] = math.inf
+        directions[:, 0] = UNKNOWN
+        out[i] = math.inf
         for s in range(lines.shapes.shape[0]):
             if lines.owners[s] == owners[i]:
                 continue
             ax, ay = lines.shapes[s, 0] - x, lines.shapes[s, 1] - y
             bx, by = lines.shapes[s, 2] - x, lines.shapes[s, 3] - y
-            if segment_gap(ax, ay, bx, by) > view.range_max:
+            gap = segment_gap(ax, ay, bx, by)
+            if gap > view.range_max:
                 continue
-            start = math.atan2(ay, ax)
-            width = math.atan2(by, bx) - start
+            px, py, qx, qy = ax, ay, bx, by
+            if gap > TOUCHING:
+                px, py, qx, qy = within(ax, ay, bx, by, view.range_max + TOUCHING)
+            start = math.atan2(py, px)
+            width = math.atan2(qy, qx) - start
             width -= TWO_PI * math.floor(width / TWO_PI)  # to [0, 2π)
             if width > math.pi:
                 start, width = start + width, TWO_PI - width
             for turn in range(2):
                 first, last = ray_window(start - zero, width, turn, view.increment, rays)
                 for k in range(first, last + 1):
+                    if directions[k, 0] == UNKNOWN:
+                        directions[k, 0] = math.cos(zero + k * view.increment)
+                        directions[k, 1] = math.sin(zero + k * view.increment)
                     hit = ray_segment(directions[k, 0], directions[k, 1], ax, ay, bx, by)
                     if hit <= view.range_max and hit < out[i, k]:
                         out[i, k] = hit
@@ -180,6 +229,9 @@ def cast(
             for turn in range(2):
                 first, last = ray_window(start - zero, 2.0 * half, turn, view.increment, rays)
                 for k in range(first, last + 1):
+                    if directions[k, 0] == UNKNOWN:
+                        directions[k, 0] = math.cos(zero + k * view.increment)
+                        directions[k, 1] = math.sin(zero + k * view.increment)
                     hit = ray_disc(directions[k, 0], directions[k, 1], cx, cy, radius)
                     if hit <= view.range_max and hit < out[i, k]:
                         out[i, k] = hit

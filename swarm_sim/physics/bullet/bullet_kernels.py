@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray
 from swarm_common.process.numba_compat import njit
-from swarm_sim.physics.planar_kernels import Walls, box_gap, ramp
+from swarm_sim.physics.planar_kernels import Walls, is_beyond, ramp
 from swarm_sim.physics.walker_kernels import disc_gap
 from swarm_sim.scene.polygon_kernels import distance, place
 
@@ -74,7 +74,7 @@ def near_pairs(
                 robot_gaps[robots, 2] = gap
                 robots += 1
         for k in range(len(walls.polygons)):
-            if box_gap(walls.bounds[k], x, y) > radii[i] + near:
+            if is_beyond(walls.bounds[k], x, y, radii[i] + near):
                 continue
             gap = distance(placed[i], walls.polygons[k])
             if gap <= near:

@@ -39,6 +39,7 @@ def make_section(rng, boxes, discs):
         LidarSpec(0.1, 0.0, 0.1, angle_min=-math.pi, rays=360, range_max=12.0),
         LidarSpec(0.1, 0.0, 0.1, angle_min=-1.2, angle_increment=0.01, rays=241),
         LidarSpec(0.0, 0.0, 0.1, rays=1),
+        LidarSpec(0.0, 0.0, 0.1, rays=720, angle_increment=0.0087, range_max=0.8),
     ],
 )
 def test_ranges_equal_those_of_the_slow_twin(seed, spec):
