@@ -35,9 +35,10 @@ of what is kept of the throughput of an undisturbed twin. Intervals and p values
 looks, p values for all comparisons of an experiment, too. *Equal* is less than 3 %."""
 THREATS = """\
 All is simulated, in six worlds on flat floors. The same authors wrote both sides, and have worked
-on our rules for longer, in these halls. The radio of orders is never split. A restricted mean ends
-where runs are stopped. The scale of a relative effect counts as known. Times of decisions are those
-of one machine with other work on it; [performance](performance.md) has memory."""
+on our rules for longer, in these halls. The radio of orders is never split. No rule of ours is made
+for robots that neither hear nor see each other. A restricted mean ends where runs are stopped. The
+scale of a relative effect counts as known. Times of decisions are those of one machine with other
+work on it; [performance](performance.md) has memory."""
 STYLE = (
     ":root{color-scheme:light dark}"
     "body{font:15px/1.45 sans-serif;margin:2em auto;max-width:1200px;padding:0 1em}"
@@ -227,10 +228,16 @@ def _answer(study: StudyState) -> Iterator[str]:
     if by_method:
         texts = [
             f"{method} {tables.contacts_text(by_method[method])} of {len(by_method[method])} runs"
+            f"{_where_touched(by_method[method])}"
             for method in METHODS
             if method in by_method
         ]
         yield f"Contacts: {'; '.join(texts)}."
+
+
+def _where_touched(lines: Sequence[StudyLine]) -> str:
+    cells = dict.fromkeys(line.cell for line in lines if line.contacts)
+    return f" ({'; '.join(sorted(cells))})" if cells else ""
 
 
 def _who_has_more(study: StudyState) -> Iterator[str]:
