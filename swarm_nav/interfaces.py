@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import enum
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -27,6 +27,7 @@ from swarm_common.model.central import RobotReport, TeamOrder
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.model.sites import Sites
+from swarm_common.model.zones import DirectedZone
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import (
     ErrorCode,
@@ -565,6 +566,13 @@ class Operated(Protocol):
 
         Raises:
             MapError: If the mask lies beside the map.
+        """
+
+    def on_directed_zones(self, zones: Iterable[DirectedZone]) -> None:
+        """Set the zones through which ways to goals lead in a direction, in place of those before.
+
+        Args:
+            zones: In map; none for none.
         """
 
 

@@ -17,6 +17,7 @@ What a module imports of its folder stands above it:
     dds_profile     DDS profiles of a swarm on several hosts: peers by unicast only
     central_io      Reports and orders of a centre, to and from ROS messages
     courier_io      Reports of ticks to a courier, and their releases
+    directed_io     Directed zones of a robot, to and from a ROS message
     cdr_layout      Positions of the numbers in a CDR message
     participants    DDS participants over which a process spreads the topics of a large swarm
     ros_poll        Topics that are polled instead of called back, every tick

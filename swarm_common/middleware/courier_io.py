@@ -53,6 +53,7 @@ class TickRelease(msgspec.Struct, frozen=True, array_like=True):
     cancelled: list[bytes] = []  # goals whose cancellation has to be there first
     speed_limit: float | None = None  # [m/s] from now on; 0 for none, None for the one before
     keepout: bytes = b""  # filter mask from now on, an OccupancyGrid; empty for the one before
+    directed: bytes = b""  # zones from now on, see `directed_io`; empty for those before
 
 
 Told = TypeVar("Told", TickReport, TickRelease)

@@ -43,6 +43,17 @@ class SpeedZone:
     is_percentage: bool
 
 
+@dataclass(frozen=True, slots=True)
+class DirectedZone:
+    """Polygon in the map frame through which ways to goals lead in one direction, or two."""
+
+    points: Points
+    direction: float  # [rad]
+    free_off: float  # [rad] off it up to which a way costs no more
+    most_off: float  # [rad] off it up to which a way may lead
+    is_two_way: bool = False  # whether the opposite direction is as good
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class SpeedMask:
     """Filter mask of speed limits: value * multiplier + base, as in Nav2's CostmapFilterInfo."""

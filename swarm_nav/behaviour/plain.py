@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -33,6 +33,7 @@ from swarm_common.model.records import (
     Twist,
     stamp_from_tick,
 )
+from swarm_common.model.zones import DirectedZone
 from swarm_nav.behaviour.costmap import LETHAL, NO_INFORMATION
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import ErrorCode, Event, Feedback, Goal, GoalEnded, Outcome, Status
@@ -159,6 +160,9 @@ class PlainBrain:
         pass
 
     def on_keepout_mask(self, mask: Grid) -> None:
+        pass
+
+    def on_directed_zones(self, zones: Iterable[DirectedZone]) -> None:
         pass
 
     # Where the robot is

@@ -26,9 +26,9 @@ from swarm_nav.interfaces import RobotBrain
 
 ASKED = (  # the plug-in, if it has them; else the plain answer counts
     "on_odom", "on_scan", "on_battery", "on_reception", "feedback", "activate", "deactivate",
-    "reconfigure", "steer", "end_teleop", "on_speed_limit", "on_keepout_mask", "on_initial_pose",
-    "variances", "particles", "load_map", "clear_costmap", "clear_square", "plan_map",
-    "local_plan_map", "global_costmap", "local_costmap",
+    "reconfigure", "steer", "end_teleop", "on_speed_limit", "on_keepout_mask", "on_directed_zones",
+    "on_initial_pose", "variances", "particles", "load_map", "clear_costmap", "clear_square",
+    "plan_map", "local_plan_map", "global_costmap", "local_costmap",
 )  # fmt: skip
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Pose, RobotSpec, Twist
-from swarm_common.model.zones import with_mask
+from swarm_common.model.zones import DirectedZone, with_mask
 from swarm_nav.behaviour import costmap as costmaps
 from swarm_nav.behaviour.announcement import compose_feedback
 from swarm_nav.behaviour.behaviors import BehaviorEnd
@@ -90,6 +90,9 @@ class NavigatorServices:
     def on_keepout_mask(self, mask: Grid) -> None:
         self._keepout_mask = mask
         self._mark(replace(self._s.terrain.grid, keepout=None))
+
+    def on_directed_zones(self, zones: Iterable[DirectedZone]) -> None:
+        self._p.arbiter.direct(tuple(zones))
 
     @property
     def pose_map(self) -> Pose:

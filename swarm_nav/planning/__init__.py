@@ -9,6 +9,7 @@ What a module imports of its folder stands above it:
     oblong_kernels     Bare numba kernels for long robots: where the polygon fits
     path_kernels       Bare numba kernels on paths: resampling, smoothing, corners
     oblong             Long robots: passages that only the footprint fits through
+    directed           Directed zones: the moves that they close, or make dear
     search             The lattice and the work arrays as the search kernels take them
     terrain            Clearances, lanes and parking places, derived once from the map
     planner            Global planner: A* on the lattice, smoothed to a drivable path

@@ -169,7 +169,7 @@ def choose_axes(clearance: Floats, room: float, fits: Bits, axes: NDArray[np.int
 
 @njit(cache=True)
 def add_straight_moves(
-    axes: NDArray[np.int8], room: NDArray[np.bool_], moves: NDArray[np.uint16]
+    axes: NDArray[np.int8], room: NDArray[np.bool_], moves: NDArray[np.uint32]
 ) -> None:
     """Open the moves along the axes of slots, between these and into the room.
 

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from swarm_common.model.errors import ON_THIS_MAP
 from swarm_common.model.records import FloatArray, Pose
+from swarm_common.model.zones import DirectedZone
 from swarm_nav.core.config import PlannerConfig
 from swarm_nav.core.goals import ErrorCode, PlanError
 from swarm_nav.planning import path_cost_kernels, path_kernels, search_kernels
+from swarm_nav.planning.directed import nodes_in, turns_back
 from swarm_nav.planning.oblong import RUN_IN, Slots
 from swarm_nav.planning.terrain import NODE_MARGIN, Terrain, sector_of
 
@@ -40,6 +42,9 @@ class Planner:
         """
         self.terrain = terrain
         self.lattice = terrain.lattice
+        self._routes = terrain  # with the directions of zones
+        self._zones: tuple[DirectedZone, ...] = ()
+        self._in_zones = np.zeros((0, 0), np.bool_)  # nodes, with directed zones
         self._config = planner
         self._smooth_walls = path_kernels.WallClearance(terrain.field, terrain.wall_clearance)
         self._plain_walls = path_kernels.WallClearance(terrain.field, terrain.radius + NODE_MARGIN)
@@ -49,6 +54,12 @@ class Planner:
             self._anywhere[~slots.room] = 0  # no robot waits in a slot
         self.expansions = 0  # of the last search
         self._to_go: NDArray[np.float32] | None = None  # of the last goal; held, so kept for all
+
+    def direct(self, zones: tuple[DirectedZone, ...]) -> None:
+        """Plan ways to goals, and where it can be ways to make way, as directed zones want."""
+        self._zones, self._routes = zones, self.terrain.directed(zones)
+        if zones:
+            self._in_zones = nodes_in(zones, self.lattice.frame, self.lattice.base.shape)
 
     def no_extra(self) -> NDArray[np.float32]:
         """Return an `extra` lattice that adds nothing."""
@@ -103,21 +114,25 @@ class Planner:
         given = goal
         goal_node, goal = self.goal_node(goal)
         sector = sector_of(yaw)
-        to_go = self._to_go = self.terrain.cost_to_go(goal_node, sector)
-        with self.terrain.approach(goal_node, sector):
-            nodes, self.expansions = self.terrain.search.cheapest(
-                start_node, goal_node, extra, to_go
-            )
-        if len(nodes) == 0:
-            is_for_good = not np.isfinite(to_go.flat[start_node])
+        routes = self._routes
+        to_go = self._to_go = routes.cost_to_go(goal_node, sector)
+        with routes.approach(goal_node, sector):
+            nodes, self.expansions = routes.search.cheapest(start_node, goal_node, extra, to_go)
+        points = self.lattice.points_of(nodes)
+        is_zigzag = bool(self._zones) and turns_back(points, self._zones)
+        if len(nodes) == 0 or is_zigzag:
+            is_for_good = is_zigzag or not np.isfinite(to_go.flat[start_node])
+            walls = "walls and directed zones" if self._zones else "walls"
             raise PlanError(
                 ErrorCode.NO_VALID_PATH,
                 f"no path from ({start[0]:.2f}, {start[1]:.2f}) to"
                 f" ({given[0]:.2f}, {given[1]:.2f}): every way is closed by"
-                f" {f'walls {ON_THIS_MAP}' if is_for_good else 'obstacles'}",
+                f" {f'{walls} {ON_THIS_MAP}' if is_for_good else 'obstacles'}",
                 is_final=is_for_good and self._leads_away(start, start_node),
             )
-        return self.finish(self.lattice.points_of(nodes), start, goal, extra, True)
+        if self._zones:
+            extra = extra + self._in_zones  # smoothing enters no zone
+        return self.finish(points, start, goal, extra, True)
 
     def cost_to_go(self, goal: tuple[float, float], yaw: float) -> NDArray[np.float32]:
         """Return the cost of driving from every node to a goal, as `plan` uses it.
@@ -202,7 +217,9 @@ class Planner:
         node = self.lattice.node_of(*start, extra)
         if node is None:
             return None
-        nodes = self.terrain.search.nearest(node, extra, places, reach)
+        nodes = self._routes.search.nearest(node, extra, places, reach)
+        if len(nodes) == 0 and self._zones:
+            nodes = self.terrain.search.nearest(node, extra, places, reach)
         if len(nodes) == 0:
             return None
         points = self.lattice.points_of(nodes)

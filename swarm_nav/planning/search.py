@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from swarm_nav.planning import oblong_kernels
 from swarm_nav.planning import search_kernels as kernels
+from swarm_nav.planning.directed import Directions, direct_moves
 from swarm_nav.planning.oblong import Slots
 
 HEAP_SHARE = 4  # entries of the heap per node
@@ -25,6 +26,7 @@ class SearchSpace:
         heading: NDArray[np.float32],
         step: float,
         slots: Slots | None = None,
+        directions: Directions | None = None,
     ) -> None:
         """Find the open moves and allocate; the arguments are those of `terrain.Lattice`.
 
@@ -34,16 +36,20 @@ class SearchSpace:
             heading: (h, w, 2) unit vectors.
             step: [m] edge of a cell.
             slots: Places through which a long robot only drives straight. None for other robots.
+            directions: Directed zones. None for none.
         """
-        moves = np.empty(base.shape, np.uint16)
+        moves = np.empty(base.shape, np.uint32)
         if slots is None:
             kernels.open_moves(base, moves)
         else:
             kernels.open_moves(np.where(slots.room, base, kernels.WALL), moves)
             oblong_kernels.add_straight_moves(slots.axes, slots.room, moves)
+        self._most_weight = float(np.max(base, initial=0.0, where=base < kernels.WALL))
+        if directions is not None:
+            moves = direct_moves(moves, directions)
+            self._most_weight += kernels.DEAR
         self._shape = base.shape
         self._ground = kernels.Ground(base, lane, heading, moves, step)
-        self._most_weight = float(np.max(base, initial=0.0, where=base < kernels.WALL))
         heap = HEAP_SHARE * base.size + 64
         self._work = kernels.Work(
             np.empty(base.size, np.float32),

@@ -2,7 +2,8 @@
 
 The lattice has 16 moves per node (8 neighbours and the knight's moves). A directed edge into a
 node with unit direction u costs length * (base + lane * (1 - u.h) / 2 + extra), where h is the
-direction with the nearer wall on the right and `extra` (>= 0) is what other robots add.
+direction with the nearer wall on the right and `extra` (>= 0) is what other robots add; and
+length * DEAR more by a move that a directed zone has made dear.
 
 The kernels share `Ground` and `Work`, made by `search.SearchSpace`.
 Args of more than one kernel:
@@ -30,6 +31,7 @@ MOVES = np.array(
     np.int64,
 )  # fmt: skip  # (row, column)
 LENGTHS = np.sqrt((MOVES**2).sum(axis=1).astype(np.float64))  # [cells] of each move
+DEAR = 4.0  # more cost per metre of a dear move: as much as a keepout mask's 99
 WALL = np.float32(1e9)  # value of `base` or `extra` that no path may enter
 IN_NO_LIST = -2  # in place of the node before
 Costs = NDArray[np.float32]
@@ -41,7 +43,8 @@ class Ground(NamedTuple):
     base: NDArray[np.float32]  # (h, w) cost factor of a metre, WALL where there is no room
     lane: NDArray[np.float32]  # (h, w) extra factor of driving against `heading`
     heading: NDArray[np.float32]  # (h, w, 2) unit vectors
-    moves: NDArray[np.uint16]  # (h, w) see `open_moves`
+    # (h, w) bit m says that `MOVES[m]` leads somewhere, bit 16 + m that it is dear
+    moves: NDArray[np.uint32]
     step: float  # [m] edge of a cell
 
 
@@ -143,11 +146,11 @@ def passable(base: NDArray[np.float32], r: int, c: int, dr: int, dc: int) -> boo
 
 
 @njit(cache=True)
-def open_moves(base: NDArray[np.float32], moves: NDArray[np.uint16]) -> None:
-    """Find the moves that are possible from each node.
+def open_moves(base: NDArray[np.float32], moves: NDArray[np.uint32]) -> None:
+    """Find the moves that are possible from each node; none is dear.
 
     Args:
-        moves: (h, w) uint16, written: bit m says that `MOVES[m]` leads somewhere.
+        moves: (h, w), written: bit m says that `MOVES[m]` leads somewhere.
     """
     for r in range(base.shape[0]):
         for c in range(base.shape[1]):
@@ -258,7 +261,10 @@ def cost_to_go(
             if not moves[other] >> m & 1 or base[other] >= WALL:
                 continue
             length = LENGTHS[m] * ground.step
-            new = np.float32(cost[node] + length * _weight(base, lane, heading, node, m))
+            weight = _weight(base, lane, heading, node, m)
+            if moves[other] >> (16 + m) & 1:
+                weight += DEAR
+            new = np.float32(cost[node] + length * weight)
             old = cost[other]
             if new >= old:
                 continue
@@ -340,6 +346,8 @@ def astar(
                 continue
             length = LENGTHS[m] * step
             weight = _weight(base, lane, heading, other, m)
+            if moves[node] >> (16 + m) & 1:
+                weight += DEAR
             new = np.float32(cost[node] + length * weight + length * extra[other])
             if (mark != seen or new < cost[other]) and size < capacity:
                 cost[other] = new

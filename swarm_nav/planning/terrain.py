@@ -21,10 +21,12 @@ from numpy.typing import NDArray
 
 from swarm_common.model.grid import KEEPOUT, OCCUPIED, UNKNOWN, Grid
 from swarm_common.model.records import FloatArray
+from swarm_common.model.zones import DirectedZone
 from swarm_common.process.libm import exp
 from swarm_nav.core.config import CostmapConfig, PlannerConfig
 from swarm_nav.planning import distance_kernels, search_kernels
 from swarm_nav.planning.cells import window_max
+from swarm_nav.planning.directed import Directions
 from swarm_nav.planning.distance_kernels import Field, Frame
 from swarm_nav.planning.oblong import SLOT_COST, Oblong, Slots
 from swarm_nav.planning.search import SearchSpace
@@ -145,6 +147,13 @@ def _enlarged(terrain: Terrain, radius: float) -> Terrain:
     return other
 
 
+@functools.lru_cache(maxsize=4)
+def _directed(terrain: Terrain, zones: tuple[DirectedZone, ...]) -> Terrain:
+    other = copy.copy(terrain)
+    other._begin_searches(Directions(zones, terrain.lattice.frame))
+    return other
+
+
 class Terrain:
     """Static knowledge of one map for one size of robot.
 
@@ -184,20 +193,24 @@ class Terrain:
         self.lattice = _lattice(self.field, grid, planner, costmap, radius)
         if oblong is not None:
             self.lattice = _with_slots(self.lattice, oblong, self.field)
-        self.search = SearchSpace(
-            self.lattice.base,
-            self.lattice.lane,
-            self.lattice.heading,
-            self.lattice.step,
-            self.lattice.slots,
-        )
+        self._begin_searches(None)
+        self._approach_weight = 2.0 * planner.lane_weight
+
+    def _begin_searches(self, directions: Directions | None) -> None:
+        """Begin to search the lattice, and to keep the costs of driving to goals."""
+        lattice = self.lattice
+        layers = lattice.base, lattice.lane, lattice.heading
+        self.search = SearchSpace(*layers, lattice.step, lattice.slots, directions)
         self.most_goals = GOALS_MEMORY // self.lattice.base.nbytes + 1
         self._in_use: WeakValueDictionary[tuple[int, int], NDArray[np.float32]] = (
             WeakValueDictionary()
         )
         self._cost_to_go = functools.lru_cache(self.most_goals)(self._find_cost_to_go)
         self._costs_in_order = functools.lru_cache(self.most_goals)(self._sort_costs)
-        self._approach_weight = 2.0 * planner.lane_weight
+
+    def directed(self, zones: tuple[DirectedZone, ...]) -> Terrain:
+        """Return the terrain for ways that heed directed zones; results are kept."""
+        return _directed(self, zones) if zones else self
 
     def clearance(self, x: float, y: float) -> float:
         """Return the distance [m] to the nearest mapped wall or keepout zone.

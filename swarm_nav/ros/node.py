@@ -15,7 +15,7 @@ from rclpy.context import Context
 from sensor_msgs.msg import BatteryState, LaserScan
 from swarm_interfaces.msg import Mission, NeighborArray, RobotStatus
 
-from swarm_common.middleware import cdr, central_io, courier_io, ros_io
+from swarm_common.middleware import cdr, central_io, courier_io, directed_io, ros_io
 from swarm_common.middleware.radio_check import read_neighbors
 from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
@@ -196,6 +196,9 @@ class NavigatorNode:
         self._on_demand.offer_input(
             KEEPOUT, partial(make, OccupancyGrid, KEEPOUT, mask, latched, raw=True)
         )
+        zones, name = self._take_directed_zones, directed_io.TOPIC
+        subscribe = partial(make, directed_io.KIND, name, zones, latched, raw=True)
+        self._on_demand.offer_input(name, subscribe, is_rare=True)
 
     def _hear(self, kind: Any, name: str) -> SoleTopic:
         """Listen to the world, or without one to any publisher of the robot's sensors."""
@@ -313,6 +316,8 @@ class NavigatorNode:
             self._brain.services.on_speed_limit(release.speed_limit, is_percentage=False)
         if release.keepout:
             self._take_keepout_mask(release.keepout)
+        if release.directed:
+            self._take_directed_zones(release.directed)
 
     def _receive_orders(self, data: bytes) -> None:
         assert self._centre is not None
@@ -418,6 +423,13 @@ class NavigatorNode:
             self._brain.services.on_keepout_mask(mask)
         except (RejectedError, MapError) as error:
             self.rejections.reject(KEEPOUT, "a client", error)
+
+    def _take_directed_zones(self, data: bytes) -> None:
+        assert self._brain is not None
+        try:
+            self._brain.services.on_directed_zones(directed_io.read_zones(data))
+        except RejectedError as error:
+            self.rejections.reject(directed_io.TOPIC, "a client", error)
 
     def _receive_initial_pose(self, data: bytes) -> None:
         brain = self._brain

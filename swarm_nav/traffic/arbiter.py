@@ -17,6 +17,7 @@ import numpy as np
 from swarm_common.model.beacon import HELD_POINTS
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Twist
+from swarm_common.model.zones import DirectedZone
 from swarm_nav.control.controller import Controller
 from swarm_nav.core.config import NavConfig
 from swarm_nav.interfaces import Proposal, RuleEvent
@@ -199,8 +200,18 @@ class Arbiter:
         s.terrain = terrain_for(grid, config.planner, config.costmap, s.body_radius, s.oblong)
         s.tube.slots = s.terrain.lattice.slots
         s.planner = s.make_planner(s.terrain, config.planner)
-        s.tube.cut()
+        self.direct(s.directed)
         s.record_bodies()
+
+    def direct(self, zones: tuple[DirectedZone, ...]) -> None:
+        """Plan ways to goals as directed zones want; the present path ends at the stop point.
+
+        Held space, ranks and admission know nothing of them.
+        """
+        s = self._s
+        s.directed = zones
+        s.planner.direct(zones)
+        s.tube.cut()
 
     def configure(self, config: NavConfig) -> None:
         """Apply new parameters, and hand them to every layer."""

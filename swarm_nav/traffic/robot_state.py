@@ -13,6 +13,7 @@ import numpy as np
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Twist
 from swarm_common.model.robot_names import RobotNames
+from swarm_common.model.zones import DirectedZone
 from swarm_nav.core.config import NavConfig, PlannerConfig
 from swarm_nav.core.plugins import corrects_pose
 from swarm_nav.core.rank import Donations
@@ -60,6 +61,7 @@ class RobotState:
     # map and safety radius that tell where two robots pass each other, by `record_bodies`
     passing: tuple[Terrain, float]
     make_planner: PlannerMaker = Planner  # of a terrain, by the parameters
+    directed: tuple[DirectedZone, ...] = ()  # zones in which ways to goals have a direction
     is_led: bool = False  # whether a centre decides for it now, by the rule that obeys it
     led_standing: int = (
         0  # ticks for which it has stood then, and no robot was in its way; likewise

@@ -87,15 +87,18 @@ class OnDemand:
         """
         self._add(Offer(self._full(topics), create, "subscribers"), False)
 
-    def offer_input(self, topic: str, create: Callable[[], object]) -> None:
+    def offer_input(
+        self, topic: str, create: Callable[[], object], *, is_rare: bool = False
+    ) -> None:
         """Offer a subscription of a topic, before all offers so far; in a small swarm it comes now.
 
         What forbids places or speeds has to be known before a goal is, also after a restart.
 
         Args:
             topic: Name, relative to the node's namespace, of which a publisher asks for it.
+            is_rare: Whether it needs a publisher in a small swarm, too.
         """
-        if self._is_eager:
+        if self._is_eager and not is_rare:
             create()
         else:
             self._offers.appendleft(Offer(self._full([topic]), create, "publishers"))

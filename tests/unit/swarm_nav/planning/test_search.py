@@ -97,7 +97,7 @@ def test_moves_do_not_cut_corners_of_walls():
             swept = [*oracle.between(row, column, dr, dc), (i, j)]
             expected = inside and all(base[cell] < kernels.WALL for cell in swept)
             assert kernels.passable(base, row, column, dr, dc) == expected
-    moves = np.empty((5, 5), np.uint16)
+    moves = np.empty((5, 5), np.uint32)
     kernels.open_moves(base, moves)
     for row, column in np.ndindex(5, 5):
         bits = [kernels.passable(base, row, column, dr, dc) for dr, dc in kernels.MOVES]
