@@ -12,6 +12,7 @@
     map_server   Maps fetched, checked and compared with the world's
     vehicle      One robot's orders, actions and state: the protocol, without input and output
     requests     What a robot asks for: zones, ways through them, corridors; of version 3.0
+    zone_actions  Actions in ACTION zones of version 3.0
     zones        Zone sets of version 3.0
     ways         Corridors and trajectories of edges, as ways and floor for the navigator
     simulated_faults  Faults on demand

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from swarm_vda5050.fine import FINE
@@ -12,6 +12,7 @@ from swarm_vda5050.messages import ActionState, ActionStatus, OrderAction
 
 HANDLING_TIME = 5.0  # [s] of a pick or drop that names no duration
 LONGEST = 86_400.0  # [s] of an action
+TRIGGER = "FLEET_CONTROL"  # triggerType that robots know
 CURRENT_PATIENCE = 10.0  # [s] without current after which startCharging fails
 
 
@@ -20,6 +21,7 @@ class ActionScope(Enum):
 
     NODE = "NODE"
     EDGE = "EDGE"
+    ZONE = "ZONE"
     INSTANT = "INSTANT"
 
 
@@ -45,10 +47,12 @@ _POSE = {"x": "FLOAT", "y": "FLOAT", "theta": "FLOAT", "mapId": "STRING"}
 _NODE, _ORDER, _ZONE_SET = {"lastNodeId": "STRING"}, {"orderId": "STRING"}, {"zoneSetId": "STRING"}
 _MAP = {"mapId": "STRING", "mapVersion": "STRING"}
 _INIT_POSITION = ActionOffer(_STANDING, "Take a pose as one's own.", _POSE, _NODE)
+_ACTION = {"actionId": "STRING"}
+_WAIT = ActionOffer(_ON_WAY, "Wait for `duration` [s].", required=_DURATION)
 _OF_BOTH: dict[str, ActionOffer] = {
     "pick": ActionOffer(_ON_WAY, "Take a load; lasts `duration`.", optional=_LOAD | _DURATION),
     "drop": ActionOffer(_ON_WAY, "Put the load down, likewise.", optional=_LOAD | _DURATION),
-    "wait": ActionOffer(_ON_WAY, "Wait for `duration` [s].", required=_DURATION),
+    "wait": _WAIT,
     "finePositioning": ActionOffer(
         (ActionScope.NODE,),
         f"Stand on the node's exact pose, within {FINE} m and rad.",
@@ -81,7 +85,23 @@ _OF_3 = (
     | _OF_MAPS
     | {
         "initializePosition": _INIT_POSITION,
+        "wait": replace(_WAIT, scopes=(*_ON_WAY, ActionScope.ZONE)),
+        "waitForTrigger": ActionOffer(
+            (ActionScope.NODE, ActionScope.ZONE),
+            f"Wait for the instant action `trigger`; triggerType has {TRIGGER}.",
+            {"triggerType": "ARRAY"},
+        ),
+        "trigger": ActionOffer(_INSTANT, "Finish waitForTrigger."),
+        "retry": ActionOffer(_INSTANT, "Do a RETRIABLE action again.", _ACTION),
+        "skipRetry": ActionOffer(_INSTANT, "Let a RETRIABLE action fail.", _ACTION),
         "clearInstantActions": ActionOffer(_STANDING, "Forget the instant actions that ended."),
+        "clearZoneActions": ActionOffer(_STANDING, "Forget the actions of zones that ended."),
+        "downloadZoneSet": ActionOffer(
+            _INSTANT,
+            "Fetch a zone set: the JSON of a zoneSet message, or of the zoneSet in it.",
+            _ZONE_SET | {"zoneSetDownloadLink": "STRING"},
+            {"zoneSetHash": "STRING"},
+        ),
         "enableZoneSet": ActionOffer(_STANDING, "Use a zone set.", required=_ZONE_SET),
         "deleteZoneSet": ActionOffer(_INSTANT, "Forget a zone set.", required=_ZONE_SET),
     }
@@ -89,7 +109,8 @@ _OF_3 = (
 OFFERED = {"2.0": _OF_20, "2.1": _OF_21, "3.0": _OF_3}  # by version
 INTERNAL = {"initializePosition": "initPosition"}  # names of 2.1
 PAUSABLE = ("pick", "drop", "wait", "finePositioning")
-OPEN_ENDED = ("downloadMap", "finePositioning")  # which end when they are done, not by the clock
+# which end when they are done, not by the clock
+OPEN_ENDED = ("downloadMap", "downloadZoneSet", "finePositioning", "waitForTrigger")
 
 
 def check_action(
@@ -119,6 +140,10 @@ def check_action(
             return f"{action.action_type} lacks the parameter '{key}'"
     for parameter in action.action_parameters:
         kind, value = known[parameter.key], parameter.value
+        if kind == "ARRAY":
+            if not isinstance(value, list) or TRIGGER not in value:
+                return f"{parameter.key} is {value!r:.80}; expected an array with {TRIGGER}"
+            continue
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
         if not (is_number and math.isfinite(value) if kind == "FLOAT" else isinstance(value, str)):
             expected = "a number" if kind == "FLOAT" else "a text"
@@ -198,6 +223,13 @@ class RunningAction:
     def finish(self, result: str = "") -> None:
         """End well."""
         self.status, self.result = ActionStatus.FINISHED, result
+
+    def miss(self, reason: str) -> None:
+        """End badly, or wait to be done again if the fleet control wants that."""
+        if self.action.retriable:
+            self.status, self.result = ActionStatus.RETRIABLE, reason
+        else:
+            self.fail(reason)
 
     def fail(self, reason: str) -> None:
         """End badly, unless it has ended."""

@@ -78,6 +78,7 @@ OF_FAULT = {  # the rule that a message breaks which is answered by a fault
     OrderFault.OUTDATED: "orderUpdateId",
     OrderFault.SAME_UPDATE: "orderUpdateId",
     OrderFault.NO_CONTINUATION: "stitching",
+    OrderFault.MEMORY: "structure",
     OrderFault.CANCELLED: "after cancel",
     OrderFault.OTHER_ORDER: "one order",
     OrderFault.USED_ORDER: "orderId",
@@ -88,6 +89,7 @@ OF_FAULT = {  # the rule that a message breaks which is answered by a fault
     OrderFault.NO_ORDER: "cancel",
     OrderFault.DUPLICATE_MAP: "maps",
     OrderFault.INSTANT: "instant actions",
+    OrderFault.ZONE_SET: "zone sets",
 }
 
 

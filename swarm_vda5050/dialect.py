@@ -18,6 +18,7 @@ from swarm_vda5050.messages import (
     InstantActions,
     Responses,
     VehicleState,
+    ZoneSet,
     ZoneSetMessage,
 )
 from swarm_vda5050.reading import FieldError, Reader, written
@@ -105,6 +106,20 @@ class Dialect:
             text = f"{topic}: {str(error) or type(error).__name__}"
             raise OrderRejectedError(OrderFault.VALIDATION, text, topic=topic, **names) from None
         return message
+
+    def zone_set(self, data: bytes) -> ZoneSet:
+        """Return the zone set in a file: that of a message, with or without the rest of it.
+
+        Raises:
+            FieldError: If it is none.
+        """
+        reader = Reader(self.identity.version, is_lenient=self.is_lenient)
+        try:
+            content = msgspec.json.decode(data)
+            inner = content.get("zoneSet", content) if isinstance(content, dict) else content
+            return msgspec.convert(reader.record(inner, "zones"), ZoneSet)
+        except (msgspec.MsgspecError, ValueError, RecursionError) as error:
+            raise FieldError(f"the file is no zone set: {error}") from None
 
     def write(self, topic: str, content: Mapping[str, Any] | VehicleState) -> bytes:
         """Return a message with its header.

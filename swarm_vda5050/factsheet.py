@@ -33,7 +33,9 @@ def factsheet(spec: RobotSpec, offered: Mapping[str, ActionOffer], version: str)
         version: Like `2.1`.
     """
     xs, ys = ([point[axis] for point in spec.footprint] for axis in (0, 1))
-    supported = [wire_name(version, "edge", name) for name in OF_EDGES]
+    supported = [f"edges.{wire}" for name in OF_EDGES if (wire := wire_name(version, "edge", name))]
+    if retriable := wire_name(version, "action", "retriable"):
+        supported += [f"{part}.actions.{retriable}" for part in ("nodes", "edges")]
     return {
         "typeSpecification": {
             "seriesName": spec.model,
@@ -71,11 +73,7 @@ def factsheet(spec: RobotSpec, offered: Mapping[str, ActionOffer], version: str)
         "protocolFeatures": {
             "optionalParameters": [
                 {"parameter": "order.nodes.nodePosition", "support": "REQUIRED"},
-                *(
-                    {"parameter": f"order.edges.{name}", "support": "SUPPORTED"}
-                    for name in supported
-                    if name
-                ),
+                *({"parameter": f"order.{name}", "support": "SUPPORTED"} for name in supported),
             ],
             "agvActions": [_action(name, offer) for name, offer in offered.items()],
         },

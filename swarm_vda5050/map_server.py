@@ -1,4 +1,4 @@
-"""Maps from a map server: fetched, checked and compared with that of the running world.
+"""Maps from a map server: fetched, checked and compared with that of the running world; zone sets.
 
 A link leads to a Nav2 map: its YAML, beside which its image lies, or a zip of both.
 """
@@ -27,7 +27,7 @@ from swarm_common.files.map_io import load_map
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import FloatArray
-from swarm_vda5050.maps import DIGESTS, MapDownload
+from swarm_vda5050.maps import DIGESTS, Download
 
 PATIENCE = 30.0  # [s] of wall time without a byte after which a server is given up
 MOST_BYTES = 100_000_000  # of a file
@@ -37,7 +37,7 @@ YAMLS = (".yaml", ".yml")
 
 
 class DownloadError(SwarmError):
-    """A map cannot be had, or does not fit."""
+    """A file cannot be had, or does not fit."""
 
 
 class DownloadEvent(NamedTuple):
@@ -45,10 +45,11 @@ class DownloadEvent(NamedTuple):
 
     action_id: str
     problem: str | None  # why it failed, empty if it did not; None as it begins
+    data: bytes = b""  # of a zone set
 
 
 class MapServerClient:
-    """Fetches maps in threads of its own."""
+    """Fetches maps and zone sets in threads of its own."""
 
     def __init__(self, world: Grid) -> None:
         """Begin without downloads.
@@ -59,8 +60,8 @@ class MapServerClient:
         self._world = world
         self._events: queue.SimpleQueue[DownloadEvent] = queue.SimpleQueue()
 
-    def begin(self, download: MapDownload) -> None:
-        """Fetch a map; `poll` tells what became of it."""
+    def begin(self, download: Download) -> None:
+        """Fetch a file; `poll` tells what became of it."""
         threading.Thread(target=self._fetch, args=(download,), daemon=True).start()
 
     def poll(self) -> list[DownloadEvent]:
@@ -70,14 +71,17 @@ class MapServerClient:
             events.append(self._events.get())
         return events
 
-    def _fetch(self, download: MapDownload) -> None:
+    def _fetch(self, download: Download) -> None:
         self._events.put(DownloadEvent(download.action_id, None))
-        problem = ""
+        problem, data = "", b""
         try:
-            check_map(download.link, download.digest, self._world)
+            if download.is_map:
+                check_map(download.link, download.digest, self._world)
+            else:
+                data = _fetched(download.link, download.digest, "zoneSetHash")
         except Exception as error:  # whatever it is, the action has to end
             problem = str(error) or type(error).__name__
-        self._events.put(DownloadEvent(download.action_id, problem))
+        self._events.put(DownloadEvent(download.action_id, problem, data))
 
 
 def check_map(link: str, digest: str, world: Grid) -> None:
@@ -91,9 +95,7 @@ def check_map(link: str, digest: str, world: Grid) -> None:
         DownloadError: If it cannot be had, is not what was announced, or shows other walls.
         MapError: If it is no map.
     """
-    data = _read(link)
-    if digest and hashlib.new(DIGESTS[len(digest)], data).hexdigest() != digest.lower():
-        raise DownloadError(f"{link}: the file does not have the mapHash {digest:.16}…")
+    data = _fetched(link, digest, "mapHash")
     with tempfile.TemporaryDirectory() as folder:
         if zipfile.is_zipfile(io.BytesIO(data)):
             path = _unpack(data, link, Path(folder))
@@ -116,6 +118,13 @@ def check_map(link: str, digest: str, world: Grid) -> None:
             f"{link} does not fit the running world: {100.0 * share:.0f} % of the walls are more"
             f" than {TOLERANCE} m off"
         )
+
+
+def _fetched(link: str, digest: str, name: str) -> bytes:
+    data = _read(link)
+    if digest and hashlib.new(DIGESTS[len(digest)], data).hexdigest() != digest.lower():
+        raise DownloadError(f"{link}: the file does not have the {name} {digest:.16}…")
+    return data
 
 
 def share_off(one: Grid, other: Grid) -> float:

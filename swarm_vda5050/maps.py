@@ -15,12 +15,28 @@ SCHEMES = ("http", "https", "file")  # of links
 DIGESTS = {32: "md5", 40: "sha1", 64: "sha256", 96: "sha384", 128: "sha512"}  # by hex digits
 
 
-class MapDownload(NamedTuple):
-    """A map that is to be fetched."""
+class Download(NamedTuple):
+    """A map or a zone set that is to be fetched."""
 
     action_id: str
     link: str
     digest: str  # of the file, in hex; empty for any
+    is_map: bool = True
+
+    @property
+    def problem(self) -> str:
+        """Why it cannot be fetched; empty if it is worth a try."""
+        what = "map" if self.is_map else "zoneSet"
+        try:
+            scheme = urlsplit(self.link).scheme
+        except ValueError:
+            scheme = ""
+        if scheme not in SCHEMES:
+            return f"{what}DownloadLink is '{self.link:.200}'; expected {', '.join(SCHEMES)}"
+        if self.digest and len(self.digest) not in DIGESTS:
+            names = ", ".join(name.upper() for name in DIGESTS.values())
+            return f"{what}Hash has {len(self.digest)} characters; expected hex of {names}"
+        return ""
 
 
 @dataclass(slots=True)
@@ -42,23 +58,16 @@ class MapKeeper:
         """Whether the robot has a map."""
         return map_id == self.map_id and version in self._versions
 
-    def problem_of(self, map_id: str, link: str, digest: str, under_way: int) -> str:
+    def problem_of(self, map_id: str, download: Download, under_way: int) -> str:
         """Return why a map cannot be downloaded; empty if it is worth a try.
 
         Args:
-            digest: Hex digits; empty for any.
             under_way: Number of downloads, with this one.
         """
         if map_id != self.map_id:
             return f"the map '{map_id:.80}' is of another area; this world has '{self.map_id}' only"
-        try:
-            scheme = urlsplit(link).scheme
-        except ValueError:
-            scheme = ""
-        if scheme not in SCHEMES:
-            return f"mapDownloadLink is '{link:.200}'; expected {', '.join(SCHEMES)}"
-        if digest and len(digest) not in DIGESTS:
-            return f"mapHash has {len(digest)} characters; expected hex of {', '.join(_names())}"
+        if download.problem:
+            return download.problem
         if len(self._versions) + under_way > MOST_MAPS:
             return f"the robot keeps at most {MOST_MAPS} maps"
         return ""
@@ -102,7 +111,3 @@ class MapKeeper:
             )
             for version in self._versions
         )
-
-
-def _names() -> list[str]:
-    return [name.upper() for name in DIGESTS.values()]

@@ -50,6 +50,7 @@ class ActionStatus(StrEnum):
     INITIALIZING = "INITIALIZING"
     RUNNING = "RUNNING"
     PAUSED = "PAUSED"
+    RETRIABLE = "RETRIABLE"  # failed, and waits for `retry` or `skipRetry`; of 3.0
     FINISHED = "FINISHED"
     FAILED = "FAILED"
 
@@ -475,6 +476,7 @@ class VehicleState(Outgoing, frozen=True):
     agv_position: AgvPosition | None = None
     velocity: AgvVelocity | None = None
     zone_sets: tuple[ZoneSetState, ...] = ()  # of 3.0
+    zone_action_states: tuple[ActionState, ...] | None = None
     zone_requests: tuple[ZoneRequest, ...] | None = None  # empty if there is none
     edge_requests: tuple[EdgeRequest, ...] | None = None
     planned_path: PlannedPath | None = None

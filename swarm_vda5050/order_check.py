@@ -220,15 +220,6 @@ def _check_actions(
     if len(actions) > MOST_ACTIONS:
         raise _invalid(f"{len(actions)} actions; at most {MOST_ACTIONS} are taken", **where)
     for action in actions:
-        if action.retriable:
-            text = "retriable actions are not supported"
-            raise OrderRejectedError(
-                OrderFault.UNSUPPORTED,
-                text,
-                actionId=action.action_id,
-                parameter="retriable",
-                **where,
-            )
         if problem := check_action(action, scope, offered):
             names = ", ".join(sorted(offered))
             hint = "" if action.action_type in offered else f"; offered are {names}"

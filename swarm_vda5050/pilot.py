@@ -22,7 +22,7 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import BatteryState as BatteryMsg
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_common.middleware import ros_io
+from swarm_common.middleware import directed_io, ros_io
 from swarm_common.middleware.courier_io import EndedGoal, StepLink, TickRelease, TickReport
 from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.middleware.ros_io import read_battery
@@ -37,6 +37,7 @@ from swarm_common.model.records import (
     RobotSpec,
     wrap_angle,
 )
+from swarm_common.model.zones import DirectedZone
 from swarm_run.robots.client import RobotCommander
 from swarm_run.robots.driver import has_goal, is_final, is_for_good
 from swarm_run.robots.status_check import StatusCheck
@@ -47,7 +48,7 @@ from swarm_vda5050.factsheet import factsheet, localization_score
 from swarm_vda5050.faults import ActiveError, OrderFault, OrderRejectedError
 from swarm_vda5050.fine import MOST_MOVES, next_move
 from swarm_vda5050.link import Address, BrokerEvent, BrokerEventKind, Link
-from swarm_vda5050.map_server import MapServerClient
+from swarm_vda5050.map_server import DownloadEvent, MapServerClient
 from swarm_vda5050.messages import (
     AgvPosition,
     AgvVelocity,
@@ -62,6 +63,7 @@ from swarm_vda5050.messages import (
 )
 from swarm_vda5050.order_check import DrivingArea
 from swarm_vda5050.paths import intermediate_path, planned_path
+from swarm_vda5050.reading import FieldError
 from swarm_vda5050.vehicle import DriveLeg, RobotSenses, Vehicle
 from swarm_vda5050.ways import ALONG
 
@@ -156,8 +158,14 @@ class Pilot:
         self._keepout = node.create_publisher(
             OccupancyGrid, f"/{self.name}/keepout_filter_mask", ros_io.LATCHED
         )
+        if identity.major > 2 and rejections is None:
+            self._directions = node.create_publisher(
+                directed_io.KIND, f"/{self.name}/{directed_io.TOPIC}", ros_io.LATCHED
+            )
         self._corridors: list[shapely.Geometry] = []  # of the leg that was sent
-        self._area: tuple[object, ...] = ({}, [])  # zones and corridors that the navigator knows
+        # zones and corridors that the navigator knows
+        self._area: tuple[object, ...] = ({}, [])
+        self._directed: tuple[DirectedZone, ...] = ()
         self._speed_limit = 0.0  # [m/s] that the navigator knows; 0 for none
         self._battery: BatteryReading | None = None
         if spec.battery is not None:
@@ -185,7 +193,7 @@ class Pilot:
         self._messages: deque[BrokerEvent] = deque()  # that the next report finds
         self._goals: list[bytes] = []  # sent for the present tick
         self._cancelled: list[bytes] = []  # likewise cancelled
-        self._told: tuple[float | None, bytes] = None, b""  # speed limit and mask, likewise
+        self._told: dict[str, Any] = {}  # likewise, fields of the release
         self._is_ready = False
         self._moved_from: tuple[int, Pose] | None = None  # tick and pose of the latest velocity
         self._task: Task | None = None
@@ -216,7 +224,8 @@ class Pilot:
         self._is_silent, self._is_ready = True, False
         self._task = self._ended = self._turn = None
         self._is_fine_move = False
-        self._area, self._speed_limit = ({}, []), 0.0  # the next one has heard of neither
+        # the next one has heard of nothing
+        self._area, self._directed, self._speed_limit = ({}, []), (), 0.0
         if self._steps is not None:
             self._steps.forget()
         self.robot.forgetTask()
@@ -262,9 +271,17 @@ class Pilot:
             if event.problem is None:
                 self.vehicle.begin_download(event.action_id)
             else:
-                self.vehicle.end_download(event.action_id, event.problem)
+                self._end_download(event)
         self._simulate_link()
         self._publish(now, is_asked=requests.state)
+
+    def _end_download(self, event: DownloadEvent) -> None:
+        zone_set, problem = None, event.problem or ""
+        try:
+            zone_set = self._dialect.zone_set(event.data) if event.data else None
+        except FieldError as error:
+            problem = str(error)
+        self.vehicle.end_download(event.action_id, problem, zone_set)
 
     def _write_log(self, reason: str) -> None:
         at = CONTROL_PERIOD * self._tick
@@ -299,9 +316,9 @@ class Pilot:
             ]
             if not self._is_silent and (ended or self._messages or report.tick % STATUS_TICKS == 0):
                 self._decide(report, ended)
-            limit, mask = self._told
-            self._steps.release(TickRelease(report.tick, self._goals, self._cancelled, limit, mask))
-            self._goals, self._cancelled, self._told = [], [], (None, b"")
+            release = TickRelease(report.tick, self._goals, self._cancelled, **self._told)
+            self._steps.release(release)
+            self._goals, self._cancelled, self._told = [], [], {}
 
     def _find_robot(self) -> bool:
         found = [self.robot.offers(name, kind) for name, kind in ACTIONS.items()]
@@ -415,19 +432,26 @@ class Pilot:
     def _forbid(self) -> bool:
         """Tell the navigator where it must not drive; return whether it has heard of it."""
         zones, corridors = self.vehicle.zones, self._corridors
-        has_changed = (zones.costs, corridors) != self._area
-        if has_changed:
-            self._area = (zones.costs, corridors)
-            mask = zones.mask(self._ground.grid, corridors)
-            message = ros_io.grid_msg(mask, self._tick)
-            if self._steps is not None:
-                self._told = self._told[0], bytes(serialize_message(message))
-                return True
-            self._keepout.publish(message)
-        is_free = not zones.costs and not corridors
+        directed, area = zones.directed, (zones.costs, corridors)
+        has_changed = (area, directed) != (self._area, self._directed)
+        if area != self._area:
+            mask = ros_io.grid_msg(zones.mask(self._ground.grid, corridors), self._tick)
+            if self._steps is None:
+                self._keepout.publish(mask)
+            else:
+                self._told["keepout"] = bytes(serialize_message(mask))
+        if directed != self._directed:
+            if self._steps is None:
+                self._directions.publish(directed_io.packed_zones(directed))
+            else:
+                self._told["directed"] = directed_io.packed_zones(directed)
+        self._area, self._directed = area, directed
         if self._steps is not None:
             return True
-        return not has_changed and (is_free or self._keepout.get_subscription_count() > 0)
+        is_free = not zones.costs and not corridors
+        knows_mask = is_free or self._keepout.get_subscription_count() > 0
+        knows_directions = not directed or self._directions.get_subscription_count() > 0
+        return not has_changed and knows_mask and knows_directions
 
     def _drives_on(self, now: float) -> bool:
         """Whether the robot follows a goal of ours although it was told to stop."""
@@ -514,7 +538,7 @@ class Pilot:
         if limit != self._speed_limit:
             self._speed_limit = limit
             if self._steps is not None:
-                self._told = limit, self._told[1]
+                self._told["speed_limit"] = limit
                 return
             self._speed.publish(SpeedLimit(speed_limit=limit, percentage=False))
 
@@ -696,6 +720,7 @@ class Pilot:
             ),
             zone_sets=vehicle.zones.states,
             zone_requests=vehicle.zones.requests,
+            zone_action_states=vehicle.zone_action_states,
             edge_requests=vehicle.edge_requests,
             maps=vehicle.maps.states,
         )

@@ -192,7 +192,11 @@ _ROWS: dict[str, _Rows] = {
         ("blockingType", _ON_WAY[1], "- - !"),
         ("retriable", FLAG, "- - o"),
     ),
-    "zoneAction": (*_ACTION, ("blockingType", _ON_WAY[1], "- - !")),
+    "zoneAction": (
+        *_ACTION,
+        ("blockingType", _ON_WAY[1], "- - !"),
+        ("retriable", FLAG, "- - o"),
+    ),
     "instantAction": (
         *_ACTION,
         ("actionId", ID, "! ! !"),

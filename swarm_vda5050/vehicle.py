@@ -29,7 +29,7 @@ from swarm_vda5050.actions import (
 )
 from swarm_vda5050.faults import ActiveError, OrderFault, OrderRejectedError
 from swarm_vda5050.fine import rest_of
-from swarm_vda5050.maps import MapDownload, MapKeeper
+from swarm_vda5050.maps import Download, MapKeeper
 from swarm_vda5050.messages import (
     ActionState,
     ActionStatus,
@@ -46,6 +46,7 @@ from swarm_vda5050.messages import (
     OrderPart,
     Responses,
     VehicleLoad,
+    ZoneSet,
     ZoneSetMessage,
 )
 from swarm_vda5050.order_check import STOP_RADIUS, DrivingArea, check_order
@@ -60,16 +61,19 @@ from swarm_vda5050.ways import (
     line_of,
     needs_release,
 )
+from swarm_vda5050.zone_actions import ZoneActions
 from swarm_vda5050.zones import ZoneKeeper
 
 PASS_RADIUS = 0.7  # [m] around a node without allowedDeviationXY: that of NavigateThroughPoses
 BY_HAND = "the order was given up: somebody drives the robot by hand"
+CANCELLED = "cancelled"
 USUAL_TURN, LEAST_TURN = 0.25, 0.05  # [rad] off a heading: without a deviation, and at least
 LOG_FILE = "vda5050_log.jsonl"  # in the run's folder
 CORRIDOR = "CORRIDOR"  # requestType
 CORRIDORS_AHEAD = 3  # that are asked for at once
 MOST_ASKED = 20  # edges of a way that is asked for
 ON_LINE = 0.1  # [m] from the line of an edge within which the robot has returned to it
+LEEWAY = 0.2  # [m] beyond the border of a corridor up to which the robot has not left it
 MOST_TRIES = 3  # of a leg
 LONG_AGO = datetime.min.replace(tzinfo=UTC)
 RETRY_PAUSE = 5.0  # [s] between two of them
@@ -112,7 +116,7 @@ class Requests:
     factsheet: bool = False
     initial_pose_map: Pose | None = None
     log_reasons: tuple[str, ...] = ()
-    downloads: tuple[MapDownload, ...] = ()
+    downloads: tuple[Download, ...] = ()
 
 
 class Vehicle:
@@ -157,9 +161,14 @@ class Vehicle:
         self._follows_edges = follows_edges
         self.maps = MapKeeper(ground.map_id)
         self.requests = RequestBook()
-        self.zones = ZoneKeeper(ground.map_id, radius, self.requests)
+        self.zones = ZoneKeeper(ground.map_id, radius, offered, self.requests)
+        self._zone_actions = ZoneActions()
         self._corridor: RequestKey | None = None  # which the robot uses
         self._corridor_error: ActiveError | None = None
+        # areas of the present edge with a corridor and of the one before, by order and sequenceId
+        self._kept_in: dict[tuple[str, int], shapely.Geometry] = {}
+        self._has_been_inside = False  # of them
+        self._refuge: Node | None = None  # beside a zone that the robot has to leave
         self.simulated = SimulatedFaults(version)
         self.tally = OrderTally()
         self._timed: list[tuple[float, OrderAction]] = []  # instant actions of ours, by time [s]
@@ -220,6 +229,15 @@ class Vehicle:
         self._ask()
         return self._answers
 
+    def _cross_zones(self, before_map: Pose, now_map: Pose) -> None:
+        """Begin and end the actions of zones, unless somebody drives the robot by hand."""
+        here = shapely.Point(now_map.x, now_map.y)
+        way = shapely.LineString([(before_map.x, before_map.y), (now_map.x, now_map.y)])
+        body, zones = here.buffer(self._radius), self.zones
+        known = {} if self.is_manual else zones.action_zones
+        name = "" if self.is_manual else zones.enabled
+        self._zone_actions.look(known, name, way.buffer(self._radius), body)
+
     def plan_faults(self, timed: Sequence[tuple[float, OrderAction]]) -> None:
         """Have instant actions begin at a time, as if a fleet control had sent them then.
 
@@ -256,6 +274,7 @@ class Vehicle:
         if is_by_hand and not self.is_manual:
             was_busy = self.is_busy
             self._drop_order(BY_HAND)
+            self._zone_actions.end(BY_HAND)
             if was_busy:
                 self.tally.given_up += 1
                 self._drive_error = ActiveError(
@@ -264,6 +283,7 @@ class Vehicle:
         self.is_manual = is_by_hand
         if before is not None:
             self._pass_nodes(before.pose_map)
+            self._cross_zones(before.pose_map, senses.pose_map)
         self._ask(has_stopped=senses.is_standing)
         self._advance()
         self.tally.pass_time(senses.now, is_busy=self.is_busy and self._cancel is None)
@@ -298,26 +318,29 @@ class Vehicle:
             return
         rest = rest_of(self.senses.pose_map, target)
         if problem:
-            run.fail(f"{rest}: {problem}")
+            run.miss(f"{rest}: {problem}")
         else:
             run.finish(rest)
         self._advance()
 
     def begin_download(self, action_id: str) -> None:
-        """A map server is asked for a map."""
+        """A server is asked for a map or a zone set."""
         if (run := self._instant.get(action_id)) is not None and run.is_active:
             run.status = ActionStatus.RUNNING
 
-    def end_download(self, action_id: str, problem: str) -> None:
-        """A map is here, or cannot be had.
+    def end_download(self, action_id: str, problem: str, zone_set: ZoneSet | None = None) -> None:
+        """A map or a zone set is here, or cannot be had.
 
         Args:
             problem: Why not; empty if it is here.
+            zone_set: What was fetched, of a zone set.
         """
         run = self._instant.get(action_id)
         if run is None or not run.is_active:
             return
-        if problem:
+        if run.kind == "downloadZoneSet":
+            self._end_zone_set(run, problem, zone_set)
+        elif problem:
             self._fail_map(run, OrderFault.ACTION, problem)
         else:
             self.maps.add(run.action.parameter("mapVersion"))
@@ -329,6 +352,9 @@ class Vehicle:
         Args:
             is_final: Whether every other try would fail, too.
         """
+        if self.senses is not None and self._refuge is not None:
+            self._retry_at = self.senses.now + RETRY_PAUSE
+            return
         if not self._nodes or self.senses is None:
             return
         self._tries += 1
@@ -343,12 +369,14 @@ class Vehicle:
     @property
     def leg(self) -> DriveLeg | None:
         """Where to drive; None to stand."""
-        is_kept = self.is_paused or self.is_manual or self._cancel is not None or self._is_stuck
+        is_kept = self.is_paused or self.is_manual or self._cancel is not None
         is_kept = is_kept or self.simulated.holds
         if is_kept or self.senses is None or self.senses.now < self._retry_at:
             return None
+        if self._refuge is not None:
+            return DriveLeg((self._refuge,), None)
         is_kept = not self._nodes or not self._nodes[0].released or self._is_blocked
-        if is_kept or self._corridor_error is not None:
+        if is_kept or self._is_stuck or self._corridor_error is not None:
             return None
         way = self._way
         count = self.zones.reach(way, self._lines_ahead(len(way) - 1), self.order_id)
@@ -364,6 +392,7 @@ class Vehicle:
         """The pose on which the robot is to stand exactly; None for none, or not now."""
         is_kept = self.is_paused or self.is_manual or self._cancel is not None
         is_kept = is_kept or self.simulated.holds or self.zones.is_stopped
+        is_kept = is_kept or self.zones.is_evacuated
         if is_kept or self._fine is None or self._from is None:
             return None
         return self._from.node_position
@@ -397,13 +426,15 @@ class Vehicle:
 
     def path_of(self, leg: DriveLeg) -> FloatArray | None:
         """Return the path (n, 2) [m] in map that is to be followed; None for a way of its own."""
-        if not self._edges or not self._follows(0):
+        if not leg.is_followed:
             return None
         return np.vstack([line for _, line in self._lines(len(leg.nodes))])
 
     def corridors_of(self, leg: DriveLeg) -> list[shapely.Geometry]:
         """Return the areas that the robot must not leave on a leg; none for anywhere."""
-        if not self._edges or self._edges[0].corridor is None or self._follows(0):
+        if not self._edges or self._edges[0].corridor is None or leg.is_followed:
+            return []
+        if leg.nodes[0] is self._refuge:
             return []
         lines = self._lines(len(leg.nodes))
         return [corridor_area(edge, line, self._radius) for edge, line in lines]
@@ -483,8 +514,9 @@ class Vehicle:
             is_standing=has_stopped,
             may_ask=may_ask,
         )
-        keys = set()
         self._corridor_error = None
+        self._evacuate(senses.pose_map)
+        keys = set()
         for index, edge in enumerate(self._edges[:CORRIDORS_AHEAD] if may_ask else ()):
             if edge.released and needs_release(edge) and not self._is_guided(index):
                 keys.add(key := self._key_of(edge))
@@ -492,6 +524,8 @@ class Vehicle:
         self.requests.keep(lambda key: key.kind != CORRIDOR or key in keys)
         if self._corridor not in keys:
             self._corridor = None
+        if self._corridor_error is None:
+            self._corridor_error = self._departure(senses.pose_map)
 
     def _look_at_corridor(self, key: RequestKey, index: int, senses: RobotSenses) -> None:
         is_begun = key == self._corridor
@@ -511,6 +545,47 @@ class Vehicle:
             elif np.hypot(line[:, 0] - here.x, line[:, 1] - here.y).min() <= ON_LINE:
                 self.requests.give_up(key, senses.utc)
                 self._corridor = None
+
+    def _evacuate(self, pose_map: Pose) -> None:
+        """Find the place to which the robot leaves a zone whose release is lost."""
+        if not self.zones.is_evacuated:
+            self._refuge = None
+            return
+        if self._refuge is None:
+            find, obstacle = self._ground.region_at, self._ground.obstacle_at
+            here = find(pose_map.x, pose_map.y)
+            place = self.zones.way_out(
+                (pose_map.x, pose_map.y),
+                lambda x, y: not obstacle(x, y) and (not here or find(x, y) == here),
+            )
+            if place is None:
+                text = "there is no place beside the zone whose release is lost"
+                self._corridor_error = ActiveError(OrderFault.RELEASE_LOST, text, {})
+                return
+            position = NodePosition(x=place[0], y=place[1], map_id=self._ground.map_id)
+            self._refuge = Node(
+                sequence_id=-1, released=True, actions=(), node_id="", node_position=position
+            )
+
+    def _departure(self, pose_map: Pose) -> ActiveError | None:
+        """Return that the robot has left the corridor in which it was; None if it has not."""
+        edge = self._edges[0] if self._edges else None
+        if edge is None or edge.corridor is None or self.is_manual or self._follows(0):
+            self._kept_in = {}
+            return None
+        key = self.order_id, edge.sequence_id
+        if key not in self._kept_in:
+            area = corridor_area(edge, self._lines(1)[0][1], self._radius)
+            self._kept_in = dict([*self._kept_in.items(), (key, area)][-2:])
+            self._has_been_inside = False
+        middle = shapely.Point(pose_map.x, pose_map.y).buffer(max(self._radius - LEEWAY, 0.01))
+        is_inside = bool(shapely.union_all([*self._kept_in.values()]).contains(middle))
+        self._has_been_inside |= is_inside
+        if is_inside or not self._has_been_inside:
+            return None
+        text = f"the robot has left the corridor of the edge '{edge.edge_id:.80}'"
+        references = {"edgeId": edge.edge_id, "sequenceId": str(edge.sequence_id)}
+        return ActiveError(OrderFault.OUTSIDE, text, references)
 
     def _key_of(self, edge: Edge) -> RequestKey:
         return RequestKey(CORRIDOR, edge.edge_id, self.order_id, edge.sequence_id)
@@ -585,6 +660,11 @@ class Vehicle:
     def action_states(self) -> tuple[ActionState, ...]:
         """Actions of the order."""
         return tuple(action.state() for action in self._all)
+
+    @property
+    def zone_action_states(self) -> tuple[ActionState, ...]:
+        """Actions in zones."""
+        return tuple(action.state() for action in self._zone_actions.runs)
 
     @property
     def instant_action_states(self) -> tuple[ActionState, ...]:
@@ -665,7 +745,7 @@ class Vehicle:
             message = f"the actionId '{name}' is in use"
             raise OrderRejectedError(OrderFault.VALIDATION, message, actionId=name)
         if len(base) + len(order.nodes) > MOST_LEFT:
-            raise OrderRejectedError(OrderFault.VALIDATION, f"more than {MOST_LEFT} nodes are left")
+            raise OrderRejectedError(OrderFault.MEMORY, f"more than {MOST_LEFT} nodes are left")
 
     def _begin(self, order: DriveOrder) -> None:
         """Forget the order before, and stand at the first node of this one."""
@@ -704,7 +784,7 @@ class Vehicle:
                     self._actions[part.sequence_id] = runs
 
     def _drop_order(self, reason: str) -> None:
-        for action in self._all:
+        for action in (*self._all, *self._zone_triggers):
             action.fail(reason)
         self._nodes, self._edges = [], []
         self._cancelled = self.order_id
@@ -772,7 +852,13 @@ class Vehicle:
 
     @property
     def _due(self) -> list[RunningAction]:
-        return [a for a in self._all if a.is_triggered and not a.status.is_final]
+        runs = (*self._all, *self._zone_actions.runs)
+        return [run for run in runs if run.is_triggered and not run.status.is_final]
+
+    @property
+    def _zone_triggers(self) -> list[RunningAction]:
+        """The waitForTrigger of zones, which end with the order."""
+        return [run for run in self._zone_actions.runs if run.kind == "waitForTrigger"]
 
     @property
     def _is_blocked(self) -> bool:
@@ -788,15 +874,15 @@ class Vehicle:
                 self._run(action, now)
         while (head := self._next_action()) is not None:
             self._start(head, now)
-        for action in self._all:
-            if action.status is ActionStatus.FAILED:
-                self._report_failure(action)
+        failed = [action for action in self._all if action.status is ActionStatus.FAILED]
+        for action in (*failed, *self._zone_actions.take_failed()):
+            self._report_failure(action)
 
     def _next_action(self) -> RunningAction | None:
         """Return the action of the order that may begin now."""
         due = self._due
-        running = [action for action in due if action.is_active]
-        waiting = [action for action in due if not action.is_active]
+        waiting = [action for action in due if action.status is ActionStatus.WAITING]
+        running = [action for action in due if action.status is not ActionStatus.WAITING]
         if not waiting or self.is_paused or self.is_manual:
             return None
         if any(action.action.blocking_type.is_exclusive for action in running):
@@ -808,13 +894,13 @@ class Vehicle:
         action.begin(now)
         load_id = action.action.parameter("loadId")
         if self.simulated.fails(action.kind):
-            action.fail("simulated failure")
+            action.miss("simulated failure")
         elif action.kind == "pick" and self.load is not None:
-            action.fail("the robot has a load")
+            action.miss("the robot has a load")
         elif action.kind == "drop" and self.load is None:
-            action.fail("the robot has no load")
+            action.miss("the robot has no load")
         elif action.kind == "drop" and load_id not in (None, self.load and self.load.load_id):
-            action.fail(f"the robot does not carry '{load_id}'")
+            action.miss(f"the robot does not carry '{load_id}'")
         else:
             self._do(action)
         self._run(action, now)
@@ -826,12 +912,12 @@ class Vehicle:
             if self.senses.is_charging:
                 action.finish("the battery is charged")
             elif self.senses.is_charging is None:
-                action.fail("the robot has no battery")
+                action.miss("the robot has no battery")
             elif is_over:
-                action.fail("no current: the robot does not stand at a charging station")
+                action.miss("no current: the robot does not stand at a charging station")
         elif action.kind == "cancelOrder" and action.is_active:
             if self.senses.is_standing:
-                self._drop_order("cancelled")
+                self._drop_order(CANCELLED)
                 self._cancel = None
                 action.finish()
         elif action.kind == "startPause" and action.is_active:
@@ -851,8 +937,7 @@ class Vehicle:
     def _report_failure(self, action: RunningAction) -> None:
         references = {"actionId": action.action.action_id, "orderId": self.order_id}
         report = ActiveError(OrderFault.ACTION, f"{action.kind}: {action.result}", references)
-        is_given_up = self.order_id == self._cancelled or self._cancel is not None
-        if not is_given_up and report not in self._action_errors:
+        if action.result not in (CANCELLED, BY_HAND) and report not in self._action_errors:
             self._action_errors.append(report)
             del self._action_errors[:-MOST_KEPT]
 
@@ -883,16 +968,53 @@ class Vehicle:
                 run.finish()
             return
         link, digest = read("mapDownloadLink"), read("mapHash", "")
+        download = Download(run.action.action_id, link, digest)
         if self.maps.has(*key):
             text = f"the robot has the map '{key[0]:.80}' of version {key[1]:.40}: delete it first"
             self._fail_map(run, OrderFault.DUPLICATE_MAP, text)
-        elif problem := self.maps.problem_of(key[0], link, digest, self._count_downloads()):
+        elif problem := self.maps.problem_of(key[0], download, self._count_downloads()):
             self._fail_map(run, OrderFault.INSTANT, problem)
         else:
-            run.status = ActionStatus.INITIALIZING
-            download = MapDownload(run.action.action_id, link, digest)
-            downloads = (*self._requests.downloads, download)
-            self._requests = replace(self._requests, downloads=downloads)
+            self._begin_fetching(run, download)
+
+    def _begin_fetching(self, run: RunningAction, download: Download) -> None:
+        run.status = ActionStatus.INITIALIZING
+        downloads = (*self._requests.downloads, download)
+        self._requests = replace(self._requests, downloads=downloads)
+
+    def _download_zone_set(self, run: RunningAction) -> None:
+        read = run.action.parameter
+        name, link = read("zoneSetId"), read("zoneSetDownloadLink")
+        download = Download(run.action.action_id, link, read("zoneSetHash", ""), is_map=False)
+        if any(state.zone_set_id == name for state in self.zones.states):
+            text = f"the zone set '{name:.80}' is known already"
+            self._fail_zone_set(run, OrderRejectedError(OrderFault.ZONE_SET, text))
+        elif download.problem:
+            self._fail_zone_set(run, OrderRejectedError(OrderFault.INSTANT, download.problem))
+        else:
+            self._begin_fetching(run, download)
+
+    def _end_zone_set(self, run: RunningAction, problem: str, zone_set: ZoneSet | None) -> None:
+        name = run.action.parameter("zoneSetId")
+        if zone_set is not None and zone_set.zone_set_id != name:
+            problem = f"the file holds the zone set '{zone_set.zone_set_id:.80}'"
+        if problem or zone_set is None:
+            text = problem or "the file is empty"
+            self._fail_zone_set(run, OrderRejectedError(OrderFault.ACTION, text))
+            return
+        try:
+            self.zones.add(zone_set)
+        except OrderRejectedError as error:
+            self._fail_zone_set(run, error)
+        else:
+            self._rejections.pop(ZoneSetMessage, None)
+            run.finish("not enabled")
+
+    def _fail_zone_set(self, run: RunningAction, error: OrderRejectedError) -> None:
+        run.fail(str(error))
+        name, action_id = run.action.parameter("zoneSetId"), run.action.action_id
+        more = {"zoneSetId": name, "actionId": action_id}
+        self.reject(error, ZoneSetMessage, **more)
 
     def _count_downloads(self) -> int:
         runs = self._instant.values()
@@ -960,6 +1082,13 @@ class Vehicle:
                     if each is run or not each.status.is_final
                 }
                 run.finish()
+            case "clearZoneActions":
+                self._zone_actions.clear()
+                run.finish()
+            case "trigger":
+                self._trigger_waiting(run)
+            case "retry" | "skipRetry":
+                self._handle_retry(run)
             case "initPosition":
                 self._initialise(run)
             case "logReport":
@@ -968,6 +1097,8 @@ class Vehicle:
                 run.finish(f"written to {LOG_FILE}")
             case "downloadMap" | "enableMap" | "deleteMap":
                 self._handle_map(run)
+            case "downloadZoneSet":
+                self._download_zone_set(run)
             case "stopCharging":
                 run.finish()
             case "enableZoneSet" | "deleteZoneSet":
@@ -976,6 +1107,7 @@ class Vehicle:
                 if problem := handle(name):
                     run.fail(problem)
                 else:
+                    self._rejections.pop(ZoneSetMessage, None)
                     run.finish()
             case kind if kind in SIMULATED:
                 assert self.senses is not None
@@ -985,6 +1117,30 @@ class Vehicle:
                     raise OrderRejectedError(OrderFault.INSTANT, problem)
                 run.finish("simulated")
 
+    def _trigger_waiting(self, run: RunningAction) -> None:
+        waiting = [each for each in self._due if each.kind == "waitForTrigger" and each.is_active]
+        if not waiting:
+            run.fail("nothing waits for a trigger")
+            raise OrderRejectedError(OrderFault.INSTANT, run.result)
+        for each in waiting:
+            each.finish("triggered")
+        run.finish()
+
+    def _handle_retry(self, run: RunningAction) -> None:
+        """Do an action again that failed, or let it fail for good."""
+        name = run.action.parameter("actionId")
+        retriable = (each for each in self._due if each.status is ActionStatus.RETRIABLE)
+        found = next((each for each in retriable if each.action.action_id == name), None)
+        if found is None or self.senses is None:
+            run.fail(f"no action '{name:.80}' is RETRIABLE")
+            raise OrderRejectedError(OrderFault.INSTANT, run.result)
+        if run.kind == "skipRetry":
+            found.fail(found.result)
+        else:
+            self._start(found, self.senses.now)
+            found.pause(is_paused=self.is_paused)
+        run.finish()
+
     def _begin_cancel(self, run: RunningAction) -> None:
         wanted = run.action.parameter("orderId", self.order_id)
         if not self.is_busy or self._cancel is not None or wanted != self.order_id:
@@ -992,8 +1148,8 @@ class Vehicle:
             raise OrderRejectedError(OrderFault.NO_ORDER, "there is no such order", orderId=wanted)
         self._cancel = run
         self.tally.given_up += 1
-        for action in self._all:
-            action.fail("cancelled")
+        for action in (*self._all, *self._zone_triggers):
+            action.fail(CANCELLED)
 
     def _pause(self, *, is_paused: bool) -> None:
         self.is_paused = is_paused

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any
@@ -12,7 +12,9 @@ import numpy as np
 import shapely
 
 from swarm_common.model.grid import KEEPOUT, Grid
-from swarm_common.model.records import FloatArray
+from swarm_common.model.records import FloatArray, wrap_angle
+from swarm_common.model.zones import DirectedZone
+from swarm_vda5050.actions import ActionOffer, ActionScope, check_action
 from swarm_vda5050.faults import ActiveError, OrderFault, OrderRejectedError
 from swarm_vda5050.messages import (
     FleetZone,
@@ -23,14 +25,27 @@ from swarm_vda5050.messages import (
 from swarm_vda5050.paths import planned_path
 from swarm_vda5050.requests import RequestBook, RequestKey
 from swarm_vda5050.ways import FARTHEST
+from swarm_vda5050.zone_actions import ActionZone
 
 BLOCKED, SPEED_LIMIT, PENALTY, RELEASE = "BLOCKED", "SPEED_LIMIT", "PENALTY", "RELEASE"
 PRIORITY, LINE_GUIDED, COORDINATED = "PRIORITY", "LINE_GUIDED", "COORDINATED_REPLANNING"
-SUPPORTED = (BLOCKED, SPEED_LIMIT, PENALTY, RELEASE, PRIORITY, LINE_GUIDED, COORDINATED)
+ACTION, DIRECTED, BIDIRECTED = "ACTION", "DIRECTED", "BIDIRECTED"
+SUPPORTED = (BLOCKED, SPEED_LIMIT, PENALTY, RELEASE, PRIORITY, LINE_GUIDED, COORDINATED, ACTION,
+             DIRECTED, BIDIRECTED)  # fmt: skip
 GUIDING = (LINE_GUIDED, COORDINATED)  # in which robots follow the lines of edges
 ACCESS, REPLANNING = "ACCESS", "REPLANNING"  # requestTypes
-LOSS = ("STOP", "CONTINUE")  # what a robot does in a zone whose release is lost
+# [rad] off the direction of a zone: up to where a way is free, and allowed, by its limitation.
+# The moves of a plan are up to 0.464 rad apart: so one is always free, and two are allowed.
+NEAR, BESIDE = 0.24, 0.47
+OFF = {
+    (DIRECTED, "SOFT"): (BESIDE, math.pi),
+    (DIRECTED, "RESTRICTED"): (BESIDE, math.pi / 2),
+    (DIRECTED, "STRICT"): (NEAR, BESIDE),
+    (BIDIRECTED, "SOFT"): (NEAR, math.pi / 2),
+    (BIDIRECTED, "RESTRICTED"): (NEAR, BESIDE),
+}
 MOST_SETS, MOST_ZONES = 50, 500
+ROOM = 0.4  # [m] beside the body, and a zone that it has evacuated
 BRAKING_ROOM = 0.5  # [m] before a speed limit at which the robot begins to brake
 PLAIN = 0.02  # [m] by which a way that is asked for is simplified
 
@@ -44,12 +59,14 @@ class ZoneKeeper:
     Attributes:
         map_id: Id of the only map.
         radius: [m] of the robot's body.
+        offered: Actions that it offers, by actionType.
         book: Requests of the robot.
         errors: Errors that are active.
     """
 
     map_id: str
     radius: float
+    offered: Mapping[str, ActionOffer] = field(default_factory=dict)
     book: RequestBook = field(default_factory=RequestBook)
     errors: list[ActiveError] = field(default_factory=list)
     _sets: dict[str, ZoneSet] = field(default_factory=dict)
@@ -78,7 +95,7 @@ class ZoneKeeper:
             text = f"zoneIds repeat, or there are more than {MOST_ZONES} zones or {MOST_SETS} sets"
             raise OrderRejectedError(OrderFault.VALIDATION, text, zoneSetId=name)
         for zone in zone_set.zones:
-            _check(zone, name)
+            _check(zone, name, self.offered)
         self._sets[name] = zone_set
 
     def enable(self, name: str) -> str:
@@ -90,6 +107,20 @@ class ZoneKeeper:
         self._zones = {zone.zone_id: zone for zone in self._sets[name].zones}
         self._areas = {key: _polygon(zone) for key, zone in self._zones.items()}
         return ""
+
+    @property
+    def enabled(self) -> str:
+        """Id of the zone set in use; empty for none."""
+        return self._enabled
+
+    @property
+    def action_zones(self) -> dict[str, ActionZone]:
+        """ACTION zones of the enabled set, by zoneId."""
+        return {
+            name: ActionZone(zone, self._areas[name])
+            for name, zone in self._zones.items()
+            if zone.zone_type == ACTION
+        }
 
     def delete(self, name: str) -> str:
         """Forget a zone set that is not enabled; return what is wrong, if anything."""
@@ -262,6 +293,38 @@ class ZoneKeeper:
         goes_on = self._zones[name].release_loss_behavior == "CONTINUE"
         return request.is_granted or (request.is_lost and goes_on)
 
+    @property
+    def _evacuated(self) -> list[str]:
+        """Zones in which the robot has lost its release, and that it has to leave."""
+        return [
+            key.name
+            for key, request in self.book.open.items()
+            if key.kind == ACCESS and request.is_lost
+            and self._zones[key.name].release_loss_behavior == "EVACUATE"
+        ]  # fmt: skip
+
+    @property
+    def is_evacuated(self) -> bool:
+        """Whether the robot has to leave a zone."""
+        return bool(self._evacuated)
+
+    def way_out(
+        self, here: tuple[float, float], is_open: Callable[[float, float], bool]
+    ) -> tuple[float, float] | None:
+        """Return the nearest place [m] in map beside the zones that the robot has to leave, if any.
+
+        Args:
+            here: Place [m] of the robot in map.
+            is_open: Whether it can drive to a place x, y [m].
+        """
+        lost = shapely.union_all([self._areas[name] for name in self._evacuated])
+        closed = [self._areas[name] for name, cost in self.costs.items() if cost == KEEPOUT]
+        area = shapely.union_all(closed).buffer(self.radius + 0.5 * ROOM)
+        ring = lost.buffer(self.radius + ROOM).boundary
+        places = shapely.get_coordinates(shapely.segmentize(ring, ROOM)).tolist()
+        found = [(x, y) for x, y in places if not shapely.contains_xy(area, x, y) and is_open(x, y)]
+        return min(found, key=lambda place: math.dist(place, here), default=None)
+
     def limit_at(self, x: float, y: float) -> float:
         """Return the speed limit [m/s] at a place [m] in map; inf without one."""
         near = shapely.Point(x, y).buffer(self.radius + BRAKING_ROOM)
@@ -303,6 +366,20 @@ class ZoneKeeper:
             elif zone.zone_type == PRIORITY and zone.priority_factor:
                 values[name] = -math.ceil((KEEPOUT - 1) * zone.priority_factor)
         return values
+
+    @property
+    def directed(self) -> tuple[DirectedZone, ...]:
+        """Zones with a direction, for the navigator."""
+        return tuple(
+            DirectedZone(
+                tuple((corner.x, corner.y) for corner in zone.vertices),
+                wrap_angle(zone.direction),
+                *OFF[zone.zone_type, zone.limitation],
+                is_two_way=zone.zone_type == BIDIRECTED,
+            )
+            for zone in self._zones.values()
+            if zone.zone_type in (DIRECTED, BIDIRECTED)
+        )
 
     def mask(self, grid: Grid, corridors: Sequence[shapely.Geometry]) -> Grid:
         """Return a keepout mask with the cells of a map.
@@ -371,14 +448,15 @@ def _nurbs(way: FloatArray) -> dict[str, Any]:
     return path.trajectory
 
 
-def _check(zone: FleetZone, zone_set: str) -> None:
+def _check(zone: FleetZone, zone_set: str, offered: Mapping[str, ActionOffer]) -> None:
     where = {"zoneId": zone.zone_id, "zoneSetId": zone_set}
-    if zone.zone_type not in SUPPORTED:
-        text = f"zones of type {zone.zone_type:.40} are not supported; {', '.join(SUPPORTED)} are"
-        raise OrderRejectedError(OrderFault.UNSUPPORTED, text, **where)
-    if zone.zone_type == RELEASE and zone.release_loss_behavior not in LOSS:
-        text = f"releaseLossBehavior is {zone.release_loss_behavior:.40}; expected {LOSS}"
-        raise OrderRejectedError(OrderFault.UNSUPPORTED, text, **where)
+    if zone.zone_type == BIDIRECTED and zone.limitation == "STRICT":
+        text = "limitation is STRICT; a zone of two directions is SOFT or RESTRICTED"
+        raise OrderRejectedError(OrderFault.VALIDATION, text, **where)
+    for action in (*zone.entry_actions, *zone.during_actions, *zone.exit_actions):
+        if problem := check_action(action, ActionScope.ZONE, offered):
+            kind = action.action_type
+            raise OrderRejectedError(OrderFault.UNSUPPORTED, problem, parameter=kind, **where)
     numbers = [value for corner in zone.vertices for value in (corner.x, corner.y)]
     is_shape = len(zone.vertices) >= 3 and all(abs(number) <= FARTHEST for number in numbers)
     if not is_shape or not _polygon(zone).is_valid or _polygon(zone).area == 0.0:

@@ -39,10 +39,11 @@ def free_port():
 class Listener:
     """Hears everything, and remembers it."""
 
-    def __init__(self, port):
+    def __init__(self, port, root="uagv/v2/swarm"):
+        self.root = root
         self.messages: list[tuple[str, str, dict[str, Any]]] = []  # robot, topic, content
         self.client = mqtt.Client(CallbackAPIVersion.VERSION2)
-        self.client.on_connect = lambda client, *_: client.subscribe("uagv/v2/swarm/#")
+        self.client.on_connect = lambda client, *_: client.subscribe(f"{root}/#")
         self.client.on_message = self._hear
         self.client.connect("127.0.0.1", port)
         self.client.loop_start()
@@ -60,7 +61,7 @@ class Listener:
 
     def send(self, robot, topic, content, *, is_kept=False):
         payload = content if isinstance(content, bytes) else json.dumps(content).encode()
-        self.client.publish(f"uagv/v2/swarm/{robot}/{topic}", payload, retain=is_kept)
+        self.client.publish(f"{self.root}/{robot}/{topic}", payload, retain=is_kept)
 
     def wait(self, is_true, what):
         end = time.monotonic() + LIMIT

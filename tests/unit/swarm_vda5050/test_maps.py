@@ -14,7 +14,7 @@ from swarm_common.files.map_io import save_map
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_vda5050.map_server import MapServerClient, check_map
-from swarm_vda5050.maps import MOST_MAPS, MapDownload
+from swarm_vda5050.maps import MOST_MAPS, Download
 from tests.fakes.fleet_orders import MAP, OF_3, OF_20, Toy, action, along, node, order
 
 LINK = "https://maps.example/hall.zip"
@@ -94,8 +94,8 @@ def test_a_download_tells_when_it_begins_and_ends(server):
     client = MapServerClient(hall())
     events = []
     for name in ("hall.zip", "none.zip"):
-        client.begin(MapDownload(name, f"{server}/{name}", ""))
-    client.begin(MapDownload("port", f"http://127.0.0.1:{10**20}/hall.zip", ""))  # OverflowError
+        client.begin(Download(name, f"{server}/{name}", ""))
+    client.begin(Download("port", f"http://127.0.0.1:{10**20}/hall.zip", ""))  # OverflowError
     end = time.monotonic() + 60.0
     while len(events) < 6 and time.monotonic() < end:
         events += client.poll()
@@ -121,7 +121,7 @@ def maps(toy):
 def test_a_map_is_downloaded_enabled_and_the_one_before_deleted(toy):
     assert do(toy, "downloadMap", "2", mapDownloadLink=LINK, mapHash="a" * 64) == "INITIALIZING"
     (download,) = toy.vehicle.take_requests().downloads
-    assert download == ("downloadMap 2", LINK, "a" * 64)
+    assert download == ("downloadMap 2", LINK, "a" * 64, True)
     toy.vehicle.begin_download("downloadMap 2")
     toy.wait(100.0)
     assert toy.done["downloadMap 2"] == "RUNNING"

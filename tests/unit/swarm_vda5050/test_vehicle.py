@@ -362,7 +362,7 @@ def test_logs_are_written():
 
 
 @pytest.mark.parametrize("identity", [OF_20, OF_2, OF_3])
-@pytest.mark.parametrize("kind", ["downloadZoneSet", "detectObject", "waitForTrigger"])
+@pytest.mark.parametrize("kind", ["startHibernation", "detectObject", "updateCertificate"])
 def test_an_action_of_the_standard_that_no_robot_does_is_refused_and_not_in_the_factsheet(
     kind, identity
 ):

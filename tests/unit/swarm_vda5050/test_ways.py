@@ -9,9 +9,10 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
+from swarm_common.model.records import Pose
 from swarm_vda5050.messages import Edge, NodePosition, Trajectory
 from swarm_vda5050.ways import corridor_area, is_followed, line_of, problem_of
-from tests.fakes.fleet_orders import MAP, Toy, edge, node, nurbs, order
+from tests.fakes.fleet_orders import MAP, OF_3, Toy, along, edge, node, nurbs, order
 
 START, END = NodePosition(x=1.0, y=0.0, map_id=MAP), NodePosition(x=0.0, y=1.0, map_id=MAP)
 QUARTER = nurbs(
@@ -68,6 +69,35 @@ def test_a_robot_stops_where_the_kind_of_way_changes():
         toy.step()
     assert kinds == [(1, 0, False), (1, 1, False), (1, 0, True), (1, 0, False)]
     assert not toy.vehicle.is_busy
+
+
+def test_a_robot_that_leaves_its_corridor_stops_and_says_so():
+    content = along(0, 3, 3)
+    for number in (0, 1):
+        content["edges"][number]["corridor"] = {"leftWidth": 1.0, "rightWidth": 1.0}
+    content["nodes"][0]["nodePosition"]["allowedDeviationXY"] = {"a": 3.0, "b": 3.0, "theta": 0.0}
+    toy = Toy(OF_3)
+    toy.pose = Pose(0.5, 1.9, 0.0)
+    toy.sense()
+    toy.send(content)
+    for x, y, is_out in (
+        (0.5, 1.9, False),  # it begins there
+        (0.5, 0.9, False),
+        (0.6, 1.15, False),
+        (0.7, 1.4, True),
+        (0.8, 0.9, False),
+    ):
+        toy.pose = Pose(x, y, 0.0)
+        toy.wait(1.0)
+        assert (toy.faults == ["OUTSIDE"]) is is_out, (x, y)
+        assert (toy.vehicle.leg is None) is is_out
+        for error in toy.vehicle.errors:
+            assert error.references["edgeId"] == "e0"
+    toy.drive()
+    assert toy.vehicle.last_node == ("n3", 6)
+    toy.pose = Pose(6.0, 5.0, 0.0)
+    toy.wait(1.0)
+    assert toy.faults == []
 
 
 def test_a_robot_that_a_fleet_control_coordinates_leaves_no_edge_but_in_corridors():

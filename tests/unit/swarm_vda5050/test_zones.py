@@ -6,10 +6,12 @@ import pytest
 
 from swarm_common.model.grid import KEEPOUT, Grid
 from swarm_common.model.records import Pose
+from swarm_vda5050.order_check import DrivingArea
 from swarm_vda5050.reading import Reader
 from tests.fakes.fleet_orders import MAP, OF_3, Toy, action, along, node, order
 
 NO_ACTIONS = {"entryActions": [], "duringActions": [], "exitActions": []}
+PICK = {"actionType": "pick", "blockingType": "HARD"}
 LATER = "2026-01-01T00:01:00Z"
 
 
@@ -24,7 +26,10 @@ def hear(toy, topic, **content):
 
 
 def toy_with(*zones):
-    toy = Toy(OF_3)
+    return enable(Toy(OF_3), *zones)
+
+
+def enable(toy, *zones):
     hear(toy, "zoneSet", zoneSet={"mapId": MAP, "zoneSetId": "z", "zones": list(zones)})
     assert [state.zone_set_status for state in toy.vehicle.zones.states] == ["DISABLED"]
     toy.do("enableZoneSet", "e", zoneSetId="z")
@@ -90,6 +95,66 @@ def test_a_release_is_lost_in_a_zone(behaviour, is_stopped, loss):
     toy.drive()
     assert toy.vehicle.last_node == ("n4", 8)
     assert toy.faults == []
+
+
+def test_a_zone_whose_release_is_lost_is_evacuated_and_the_order_goes_on():
+    toy = toy_with(zone("RELEASE", 3.0, 5.0, releaseLossBehavior="EVACUATE"))
+    toy.send(along(0, 4, 4))
+    toy.wait(0.1)
+    answer(toy, "GRANTED")
+    toy.step()
+    toy.step()
+    answer(toy, "REVOKED")
+    (place,) = (node.node_position for node in toy.vehicle.leg.nodes)
+    assert not 2.7 < place.x < 5.3 or abs(place.y) > 1.3
+    assert toy.vehicle.path_of(toy.vehicle.leg) is None
+    toy.vehicle.fail_drive("a robot is in the way", True)
+    assert toy.vehicle.leg is None
+    assert toy.faults == []
+    toy.wait(6.0)
+    assert statuses(toy) == ["REVOKED"]
+    toy.pose = Pose(place.x, place.y, 0.0)
+    toy.wait(1.0)
+    toy.wait(0.1)
+    assert "REVOKED" not in statuses(toy)
+    for _ in range(2):
+        if statuses(toy) == ["REQUESTED"]:
+            answer(toy, "GRANTED")
+    toy.drive()
+    assert toy.vehicle.last_node == ("n4", 8)
+    assert toy.faults == []
+
+
+def test_a_robot_that_finds_no_place_beside_a_zone_stops_in_it():
+    toy = Toy(OF_3, DrivingArea(MAP, lambda x, y: "" if abs(y) < 0.1 and 0 <= x <= 8 else "full"))
+    enable(toy, zone("RELEASE", -3.0, 15.0, releaseLossBehavior="EVACUATE"))
+    toy.send(along(0, 4, 4))
+    toy.wait(0.1)
+    answer(toy, "GRANTED")
+    toy.step()
+    answer(toy, "REVOKED")
+    assert toy.vehicle.leg is None
+    assert toy.faults == ["RELEASE_LOST"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "limitation", "free", "most"),
+    [
+        ("DIRECTED", "SOFT", 0.47, np.pi),
+        ("DIRECTED", "RESTRICTED", 0.47, np.pi / 2),
+        ("DIRECTED", "STRICT", 0.24, 0.47),
+        ("BIDIRECTED", "SOFT", 0.24, np.pi / 2),
+        ("BIDIRECTED", "RESTRICTED", 0.24, 0.47),
+    ],
+)
+def test_directions_of_zones_are_told_to_the_navigator(kind, limitation, free, most):
+    toy = toy_with(zone(kind, 3.0, 5.0, direction=7.0, limitation=limitation))
+    (told,) = toy.vehicle.zones.directed
+    assert told.points == ((3.0, -1.0), (5.0, -1.0), (5.0, 1.0), (3.0, 1.0))
+    assert told.direction == pytest.approx(7.0 - 2 * np.pi)
+    assert (told.free_off, told.most_off) == (free, most)
+    assert told.is_two_way is (kind == "BIDIRECTED")
+    assert toy.vehicle.zones.costs == {}
 
 
 def way_of(request):
@@ -367,10 +432,10 @@ def test_in_a_line_guided_zone_the_line_of_an_edge_is_followed():
 @pytest.mark.parametrize(
     ("bad", "name"),
     [
-        (zone("DIRECTED", 1.0, 2.0, direction=0.0, limitation="SOFT"), "UNSUPPORTED"),
-        (zone("BIDIRECTED", 1.0, 2.0, direction=0.0, limitation="SOFT"), "UNSUPPORTED"),
-        (zone("ACTION", 1.0, 2.0, **NO_ACTIONS), "UNSUPPORTED"),
-        (zone("RELEASE", 1.0, 2.0, releaseLossBehavior="EVACUATE"), "UNSUPPORTED"),
+        (zone("BIDIRECTED", 1.0, 2.0, direction=0.0, limitation="STRICT"), "VALIDATION"),
+        (zone("DIRECTED", 1.0, 2.0, direction=0.0), "VALIDATION"),
+        (zone("ACTION", 1.0, 2.0, **NO_ACTIONS | {"exitActions": [PICK]}), "UNSUPPORTED"),
+        (zone("ACTION", 1.0, 2.0, entryActions=[]), "VALIDATION"),
         (zone("SPEED_LIMIT", 1.0, 2.0), "VALIDATION"),
         (zone("PENALTY", 1.0, 2.0, penaltyFactor=2.0), "VALIDATION"),
         (zone("BLOCKED", 1.0, 1.0), "VALIDATION"),
