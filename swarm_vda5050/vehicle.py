@@ -231,12 +231,12 @@ class Vehicle:
 
     def _cross_zones(self, before_map: Pose, now_map: Pose) -> None:
         """Begin and end the actions of zones, unless somebody drives the robot by hand."""
-        here = shapely.Point(now_map.x, now_map.y)
-        way = shapely.LineString([(before_map.x, before_map.y), (now_map.x, now_map.y)])
-        body, zones = here.buffer(self._radius), self.zones
-        known = {} if self.is_manual else zones.action_zones
-        name = "" if self.is_manual else zones.enabled
-        self._zone_actions.look(known, name, way.buffer(self._radius), body)
+        zones = {} if self.is_manual else self.zones.action_zones
+        name = "" if self.is_manual else self.zones.enabled
+        if zones or name != self._zone_actions.zone_set:
+            way = shapely.LineString([(before_map.x, before_map.y), (now_map.x, now_map.y)])
+            body = shapely.Point(now_map.x, now_map.y).buffer(self._radius)
+            self._zone_actions.look(zones, name, way.buffer(self._radius), body)
 
     def plan_faults(self, timed: Sequence[tuple[float, OrderAction]]) -> None:
         """Have instant actions begin at a time, as if a fleet control had sent them then.
@@ -354,6 +354,7 @@ class Vehicle:
         """
         if self.senses is not None and self._refuge is not None:
             self._retry_at = self.senses.now + RETRY_PAUSE
+            self._drive_error = ActiveError(OrderFault.DRIVING, reason, {})
             return
         if not self._nodes or self.senses is None:
             return
@@ -374,7 +375,7 @@ class Vehicle:
         if is_kept or self.senses is None or self.senses.now < self._retry_at:
             return None
         if self._refuge is not None:
-            return DriveLeg((self._refuge,), None)
+            return None if self._is_blocked else DriveLeg((self._refuge,), None)
         is_kept = not self._nodes or not self._nodes[0].released or self._is_blocked
         if is_kept or self._is_stuck or self._corridor_error is not None:
             return None
@@ -549,7 +550,8 @@ class Vehicle:
     def _evacuate(self, pose_map: Pose) -> None:
         """Find the place to which the robot leaves a zone whose release is lost."""
         if not self.zones.is_evacuated:
-            self._refuge = None
+            if self._refuge is not None:
+                self._refuge = self._drive_error = None
             return
         if self._refuge is None:
             find, obstacle = self._ground.region_at, self._ground.obstacle_at
@@ -569,7 +571,7 @@ class Vehicle:
 
     def _departure(self, pose_map: Pose) -> ActiveError | None:
         """Return that the robot has left the corridor in which it was; None if it has not."""
-        edge = self._edges[0] if self._edges else None
+        edge = self._edges[0] if self._edges and self._refuge is None else None
         if edge is None or edge.corridor is None or self.is_manual or self._follows(0):
             self._kept_in = {}
             return None

@@ -28,12 +28,13 @@ class ZoneActions:
 
     Attributes:
         runs: Actions that run or wait, and those that ended last.
+        zone_set: Id of the enabled set at the last look.
     """
 
     runs: list[RunningAction] = field(default_factory=list)
+    zone_set: str = ""
     _crossing: dict[str, list[RunningAction]] = field(default_factory=dict)  # by zoneId
     _open: list[RunningAction] = field(default_factory=list)  # not ended, or not taken yet
-    _zone_set: str = ""
     _count: int = 0
 
     def look(
@@ -49,11 +50,10 @@ class ZoneActions:
             zones: Those of the enabled set, by zoneId.
             zone_set: Id of that; a robot that is in its zones as it is enabled does not come in.
             way: Places of the body since the last look, in map.
-            body: Its place now.
         """
-        is_new = zone_set != self._zone_set
+        is_new = zone_set != self.zone_set
         if is_new:
-            self._zone_set = zone_set
+            self.zone_set = zone_set
             for name in list(self._crossing):
                 self._leave(name)
         for name, (zone, area) in zones.items():

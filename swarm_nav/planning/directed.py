@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -49,9 +50,9 @@ def direct_moves(moves: NDArray[np.uint32], directions: Directions) -> NDArray[n
 
 def _off_direction(zone: DirectedZone) -> list[float]:
     """Return the angle [rad] of each move off the direction of a zone."""
-    ways = np.arctan2(MOVES[:, 0], MOVES[:, 1]).tolist()
+    ways = [math.atan2(dr, dc) for dr, dc in MOVES.tolist()]
     off = [abs(wrap_angle(way - zone.direction)) for way in ways]
-    return [min(angle, np.pi - angle) for angle in off] if zone.is_two_way else off
+    return [min(angle, math.pi - angle) for angle in off] if zone.is_two_way else off
 
 
 def nodes_in(
@@ -60,8 +61,7 @@ def nodes_in(
     """Return the nodes (h, w) in zones, or as near as smoothing may cut their corners.
 
     Args:
-        frame: Where the nodes lie.
-        shape: (h, w)
+        shape: (h, w) of the lattice.
     """
     import shapely
 
@@ -83,10 +83,11 @@ def turns_back(points: FloatArray, zones: tuple[DirectedZone, ...]) -> bool:
 
     steps, middles = np.diff(points, axis=0), 0.5 * (points[1:] + points[:-1])
     for zone in zones:
-        if not zone.is_two_way or zone.most_off + SLACK > 0.5 * np.pi:
+        if not zone.is_two_way or zone.most_off + SLACK > 0.5 * math.pi:
             continue
         inside = shapely.contains_xy(shapely.Polygon(zone.points), *middles.T)
-        ahead = steps @ (np.cos(zone.direction), np.sin(zone.direction)) > 0.0
+        east, north = math.cos(zone.direction), math.sin(zone.direction)
+        ahead = steps[:, 0] * east + steps[:, 1] * north > 0.0
         if (inside[1:] & inside[:-1] & (ahead[1:] != ahead[:-1])).any():
             return True
     return False

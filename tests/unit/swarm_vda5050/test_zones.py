@@ -110,9 +110,10 @@ def test_a_zone_whose_release_is_lost_is_evacuated_and_the_order_goes_on():
     assert toy.vehicle.path_of(toy.vehicle.leg) is None
     toy.vehicle.fail_drive("a robot is in the way", True)
     assert toy.vehicle.leg is None
-    assert toy.faults == []
+    assert toy.faults == ["DRIVING"]
     toy.wait(6.0)
     assert statuses(toy) == ["REVOKED"]
+    assert toy.vehicle.leg is not None
     toy.pose = Pose(place.x, place.y, 0.0)
     toy.wait(1.0)
     toy.wait(0.1)
