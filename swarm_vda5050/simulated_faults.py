@@ -44,6 +44,7 @@ SIMULATED: dict[str, ActionOffer] = {
 }
 LEVELS = (WARNING, URGENT, CRITICAL, FATAL)
 DRIVES_ON = ("AUTOMATIC", "SEMIAUTOMATIC")  # modes in which orders are driven
+INTERVENED = "INTERVENED"  # in which they wait; of 3.0
 
 
 class NamedFault(NamedTuple):
@@ -113,6 +114,11 @@ class SimulatedFaults:
         return str(self._read(MODE, "mode", ""))
 
     @property
+    def is_intervened(self) -> bool:
+        """Whether somebody intervenes: the order is kept, but the fleet control not in charge."""
+        return self.mode == INTERVENED
+
+    @property
     def is_lost(self) -> bool:
         """Whether the robot does not know where it is."""
         return LOST in self._active
@@ -137,7 +143,7 @@ class SimulatedFaults:
     def holds(self) -> bool:
         """Whether the robot must not drive."""
         is_fatal = any(error.fault.level_in(3) == FATAL for error in self.errors)
-        return self.emergency_stop != "NONE" or self.is_lost or is_fatal
+        return self.emergency_stop != "NONE" or self.is_lost or is_fatal or self.is_intervened
 
     @property
     def errors(self) -> list[ActiveError]:

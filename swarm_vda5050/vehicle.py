@@ -51,7 +51,7 @@ from swarm_vda5050.messages import (
 )
 from swarm_vda5050.order_check import STOP_RADIUS, DrivingArea, check_order
 from swarm_vda5050.requests import RequestBook, RequestKey
-from swarm_vda5050.simulated_faults import DRIVES_ON, SIMULATED, SimulatedFaults
+from swarm_vda5050.simulated_faults import DRIVES_ON, INTERVENED, SIMULATED, SimulatedFaults
 from swarm_vda5050.tally import OrderTally
 from swarm_vda5050.ways import (
     corridor_area,
@@ -268,7 +268,7 @@ class Vehicle:
         while self._timed and self._timed[0][0] <= senses.now:
             self._begin_instant(self._timed.pop(0)[1], {})
         mode = self.simulated.mode or DRIVES_ON[0]
-        is_by_hand = senses.is_by_hand or mode not in DRIVES_ON
+        is_by_hand = senses.is_by_hand or mode not in (*DRIVES_ON, INTERVENED)
         if before is not None:
             self.driven += senses.pose_map.distance(before.pose_map)
         if is_by_hand and not self.is_manual:
@@ -506,7 +506,7 @@ class Vehicle:
         """
         if (senses := self.senses) is None:
             return
-        may_ask = not self.is_manual
+        may_ask = not self.is_manual and not self.simulated.is_intervened
         self.zones.look(
             self._way,
             senses.utc,
@@ -885,7 +885,8 @@ class Vehicle:
         due = self._due
         waiting = [action for action in due if action.status is ActionStatus.WAITING]
         running = [action for action in due if action.status is not ActionStatus.WAITING]
-        if not waiting or self.is_paused or self.is_manual:
+        is_kept = self.is_paused or self.is_manual or self.simulated.is_intervened
+        if not waiting or is_kept:
             return None
         if any(action.action.blocking_type.is_exclusive for action in running):
             return None
@@ -1054,7 +1055,11 @@ class Vehicle:
         ended = [key for key, each in self._instant.items() if each.status.is_final]
         for key in ended[: max(0, len(self._instant) - MOST_KEPT)]:  # the oldest
             del self._instant[key]
-        if problem := check_action(action, ActionScope.INSTANT, self._offered):
+        problem = check_action(action, ActionScope.INSTANT, self._offered)
+        is_kept = self.simulated.is_intervened and action.action_type not in SIMULATED
+        if is_kept and action.action_type != "cancelOrder":
+            problem = f"{action.action_type}: INTERVENED robots do cancelOrder only"
+        if problem:
             run.fail(problem)
             raise OrderRejectedError(OrderFault.INSTANT, problem)
         run.begin(self.senses.now if self.senses is not None else 0.0)

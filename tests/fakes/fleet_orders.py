@@ -110,6 +110,7 @@ class Toy:
     def __init__(
         self, identity: Identity = OF_2, ground: DrivingArea | None = None, **robot: Any
     ) -> None:
+        robot = {"version": identity.version} | robot
         self.vehicle = Vehicle(ground or DrivingArea(MAP), identity.offered, 0.2, **robot)
         self.dialect = Dialect(identity)
         self.now = 0.0

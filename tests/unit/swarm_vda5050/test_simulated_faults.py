@@ -5,6 +5,7 @@ import pytest
 from swarm_vda5050.messages import OrderAction, Parameter
 from swarm_vda5050.simulated_faults import SIMULATED
 from tests.fakes.fleet_orders import OF_2, OF_3, Toy, action, along, node, order
+from tests.unit.swarm_vda5050.test_zones import toy_with, zone
 
 
 def errors(toy):
@@ -47,6 +48,28 @@ def test_modes_end_the_order_or_let_it_go_on():
     toy.send(along(0, 1, 1, "B"))
     toy.drive()
     assert toy.vehicle.last_node == ("n1", 2)
+
+
+def test_who_is_intervened_keeps_its_order_takes_updates_and_asks_for_nothing():
+    toy = toy_with(zone("RELEASE", 3.0, 5.0))
+    toy.send(along(0, 2, 4))
+    toy.wait(0.1)
+    toy.do("simOperatingMode", "a", mode="INTERVENED", duration=9.0)
+    toy.wait(0.1)
+    assert (toy.vehicle.operating_mode, toy.vehicle.is_busy) == ("INTERVENED", True)
+    assert toy.vehicle.leg is None
+    assert toy.vehicle.zones.requests == ()
+    toy.send(along(2, 4, 4, update=1))
+    assert (toy.vehicle.order_update_id, toy.faults) == (1, [])
+    toy.do("startPause", "p")
+    assert (toy.done["p"], toy.faults) == ("FAILED", ["INSTANT"])
+    toy.wait(10.0)
+    assert len(toy.vehicle.zones.requests) == 1
+    assert toy.vehicle.leg is not None
+    toy.do("simOperatingMode", "b", mode="INTERVENED")
+    toy.do("cancelOrder", "c")
+    toy.wait(0.1)
+    assert (toy.done["c"], toy.vehicle.is_busy) == ("FINISHED", False)
 
 
 def test_one_action_fails_and_one_order_is_not_answered():
