@@ -119,6 +119,11 @@ class SimulatedFaults:
         return self.mode == INTERVENED
 
     @property
+    def has_no_place(self) -> bool:
+        """Whether the robot is to name no node as its last, as 3.0 has it in some modes."""
+        return self.version == "3.0" and self.mode in ("STARTUP", "SERVICE", "TEACHIN")
+
+    @property
     def is_lost(self) -> bool:
         """Whether the robot does not know where it is."""
         return LOST in self._active

@@ -280,6 +280,11 @@ class Vehicle:
                 self._drive_error = ActiveError(
                     OrderFault.DRIVING, BY_HAND, {"orderId": self.order_id}
                 )
+        if self.is_manual and not is_by_hand:
+            refused = self._rejections.get(DriveOrder, [])
+            refused[:] = [each for each in refused if each.fault is not OrderFault.NOT_AVAILABLE]
+        if self.simulated.has_no_place:
+            self.last_node = ("", 0)
         self.is_manual = is_by_hand
         if before is not None:
             self._pass_nodes(before.pose_map)

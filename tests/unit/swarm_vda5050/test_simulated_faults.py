@@ -33,8 +33,9 @@ def test_a_robot_stands_while_it_must_not_drive_and_then_goes_on(kind):
     assert toy.vehicle.last_node == ("n3", 6)
 
 
-def test_modes_end_the_order_or_let_it_go_on():
-    toy = Toy()
+@pytest.mark.parametrize(("identity", "last"), [(OF_2, "n0"), (OF_3, "")])
+def test_modes_end_the_order_or_let_it_go_on(identity, last):
+    toy = Toy(identity)
     toy.send(along(0, 3, 3))
     toy.do("simOperatingMode", "a", mode="SEMIAUTOMATIC")
     toy.wait(0.1)
@@ -44,7 +45,9 @@ def test_modes_end_the_order_or_let_it_go_on():
     assert (toy.vehicle.operating_mode, toy.vehicle.is_busy) == ("SERVICE", False)
     toy.send(along(0, 1, 1, "B"))
     assert "NOT_AVAILABLE" in toy.faults
+    assert toy.vehicle.last_node[0] == last
     toy.wait(9.0)
+    assert "NOT_AVAILABLE" not in toy.faults
     toy.send(along(0, 1, 1, "B"))
     toy.drive()
     assert toy.vehicle.last_node == ("n1", 2)
