@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from swarm_nav.planning.distance_kernels import Frame
 from swarm_nav.planning.search_kernels import MOVES
 
 SLACK = 1e-6  # [rad]
+NARROW = 0.49  # steps beside a zone in which its nodes are: a narrow one has some, too
 
 
 class Directions(NamedTuple):
@@ -36,7 +38,7 @@ def direct_moves(moves: NDArray[np.uint32], directions: Directions) -> NDArray[n
     """
     directed = moves.copy()
     for zone in directions.zones:
-        inside = nodes_in((zone,), directions.frame, moves.shape)
+        inside = nodes_in((zone,), directions.frame, moves.shape, NARROW)
         for m, off in enumerate(_off_direction(zone)):
             if off <= zone.free_off + SLACK:
                 continue
@@ -56,21 +58,30 @@ def _off_direction(zone: DirectedZone) -> list[float]:
 
 
 def nodes_in(
-    zones: tuple[DirectedZone, ...], frame: Frame, shape: tuple[int, ...]
+    zones: tuple[DirectedZone, ...], frame: Frame, shape: tuple[int, ...], margin: float
 ) -> NDArray[np.bool_]:
-    """Return the nodes (h, w) in zones, or as near as smoothing may cut their corners.
+    """Return the nodes (h, w) in zones, or near them.
 
     Args:
         shape: (h, w) of the lattice.
+        margin: Steps beside a zone that count as it.
     """
     import shapely
 
-    areas = [shapely.Polygon(zone.points).buffer(frame.step) for zone in zones]
+    areas = [shapely.Polygon(zone.points).buffer(margin * frame.step) for zone in zones]
     area = shapely.union_all(areas)
     shapely.prepare(area)
     x = frame.origin_x + (np.arange(shape[1]) + 0.5) * frame.step
     y = frame.origin_y + (np.arange(shape[0]) + 0.5) * frame.step
     return np.asarray(shapely.contains_xy(area, *np.meshgrid(x, y)))
+
+
+def straightened(zones: tuple[DirectedZone, ...]) -> tuple[DirectedZone, ...]:
+    """Return zones through which no way zigzags: of those of two ways only one line is open."""
+    return tuple(
+        replace(zone, most_off=min(zone.free_off, zone.most_off)) if zone.is_two_way else zone
+        for zone in zones
+    )
 
 
 def turns_back(points: FloatArray, zones: tuple[DirectedZone, ...]) -> bool:

@@ -15,7 +15,7 @@ from swarm_common.model.zones import DirectedZone
 from swarm_nav.core.config import PlannerConfig
 from swarm_nav.core.goals import ErrorCode, PlanError
 from swarm_nav.planning import path_cost_kernels, path_kernels, search_kernels
-from swarm_nav.planning.directed import nodes_in, turns_back
+from swarm_nav.planning.directed import NARROW, nodes_in, straightened, turns_back
 from swarm_nav.planning.oblong import RUN_IN, Slots
 from swarm_nav.planning.terrain import NODE_MARGIN, Terrain, sector_of
 
@@ -44,7 +44,8 @@ class Planner:
         self.lattice = terrain.lattice
         self._routes = terrain  # with the directions of zones
         self._zones: tuple[DirectedZone, ...] = ()
-        self._in_zones = np.zeros((0, 0), np.bool_)  # nodes, with directed zones
+        # with directed zones: 2 in them, 1 beside them, where smoothing might cut their corners
+        self._in_zones = np.zeros((0, 0), np.float32)
         self._config = planner
         self._smooth_walls = path_kernels.WallClearance(terrain.field, terrain.wall_clearance)
         self._plain_walls = path_kernels.WallClearance(terrain.field, terrain.radius + NODE_MARGIN)
@@ -59,7 +60,9 @@ class Planner:
         """Plan ways to goals, and where it can be ways to make way, as directed zones want."""
         self._zones, self._routes = zones, self.terrain.directed(zones)
         if zones:
-            self._in_zones = nodes_in(zones, self.lattice.frame, self.lattice.base.shape)
+            frame, shape = self.lattice.frame, self.lattice.base.shape
+            layers = [nodes_in(zones, frame, shape, margin) for margin in (NARROW, 1.0 + NARROW)]
+            self._in_zones = np.sum(layers, axis=0, dtype=np.float32)
 
     def no_extra(self) -> NDArray[np.float32]:
         """Return an `extra` lattice that adds nothing."""
@@ -114,14 +117,17 @@ class Planner:
         given = goal
         goal_node, goal = self.goal_node(goal)
         sector = sector_of(yaw)
-        routes = self._routes
-        to_go = self._to_go = routes.cost_to_go(goal_node, sector)
-        with routes.approach(goal_node, sector):
-            nodes, self.expansions = routes.search.cheapest(start_node, goal_node, extra, to_go)
-        points = self.lattice.points_of(nodes)
-        is_zigzag = bool(self._zones) and turns_back(points, self._zones)
-        if len(nodes) == 0 or is_zigzag:
-            is_for_good = is_zigzag or not np.isfinite(to_go.flat[start_node])
+        nodes, to_go = self._cheapest(self._routes, start_node, goal_node, extra, sector)
+        if self._zones and turns_back(self.lattice.points_of(nodes), self._zones):
+            routes = self.terrain.directed(straightened(self._zones))
+            nodes, to_go = self._cheapest(routes, start_node, goal_node, extra, sector)
+        if len(nodes) == 0 and self._zones:
+            way_out = self._out_of_zones(start, start_node, extra, to_go)
+            if way_out is not None:
+                rest = self.plan(_end(way_out), goal, extra, yaw)
+                return np.vstack((way_out, rest[1:]))
+        if len(nodes) == 0:
+            is_for_good = not np.isfinite(to_go.flat[start_node])
             walls = "walls and directed zones" if self._zones else "walls"
             raise PlanError(
                 ErrorCode.NO_VALID_PATH,
@@ -132,7 +138,41 @@ class Planner:
             )
         if self._zones:
             extra = extra + self._in_zones  # smoothing enters no zone
-        return self.finish(points, start, goal, extra, True)
+        return self.finish(self.lattice.points_of(nodes), start, goal, extra, True)
+
+    def _cheapest(
+        self,
+        routes: Terrain,
+        start_node: int,
+        goal_node: int,
+        extra: NDArray[np.float32],
+        sector: int,
+    ) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
+        """Return the nodes from start to goal, none without a way, and the costs to go."""
+        to_go = self._to_go = routes.cost_to_go(goal_node, sector)
+        with routes.approach(goal_node, sector):
+            nodes, self.expansions = routes.search.cheapest(start_node, goal_node, extra, to_go)
+        return nodes, to_go
+
+    def _out_of_zones(
+        self,
+        start: tuple[float, float],
+        start_node: int,
+        extra: NDArray[np.float32],
+        to_go: NDArray[np.float32],
+    ) -> FloatArray | None:
+        """Return a short path (n, 2) out of the zones in which a start lies; None if there is none.
+
+        Who made way for others may be where the directions of zones lead to no goal.
+        """
+        if self._in_zones.flat[start_node] < 2.0 or np.isfinite(to_go.flat[start_node]):
+            return None
+        places = ((self._in_zones < 2.0) & np.isfinite(to_go)).astype(np.uint8)
+        nodes = self.terrain.search.nearest(start_node, extra, places, POCKET)
+        if len(nodes) == 0:
+            return None
+        end = self.lattice.point_of(int(nodes[-1]))
+        return self.finish(self.lattice.points_of(nodes), start, end, extra, False)
 
     def cost_to_go(self, goal: tuple[float, float], yaw: float) -> NDArray[np.float32]:
         """Return the cost of driving from every node to a goal, as `plan` uses it.
