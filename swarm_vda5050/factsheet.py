@@ -95,8 +95,8 @@ def _action(name: str, offer: ActionOffer) -> dict[str, Any]:
             {"key": key, "valueDataType": kind, "isOptional": key not in offer.required}
             for key, kind in (offer.required | offer.optional).items()
         ],
-        "pauseAllowed": str(name in PAUSABLE).lower(),
-        "cancelAllowed": "true",
+        "pauseAllowed": name in PAUSABLE,
+        "cancelAllowed": True,
     }
 
 

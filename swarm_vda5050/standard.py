@@ -475,8 +475,8 @@ _ROWS: dict[str, _Rows] = {
         ("actionScopes", Each(words("INSTANT NODE EDGE")), "! ! -"),
         ("actionScopes", Each(words("INSTANT NODE EDGE ZONE")), "- - !"),
         ("actionParameters", Each(Record("offerParameter")), "o o o"),
-        ("pauseAllowed", TEXT, "- - !"),
-        ("cancelAllowed", TEXT, "- - !"),
+        ("pauseAllowed", FLAG, "- - !"),
+        ("cancelAllowed", FLAG, "- - !"),
     ),
     "offerParameter": (
         ("key", TEXT, "! ! !"),
