@@ -47,6 +47,17 @@ def end(*_: object) -> None:
     sys.exit(0)
 
 
+def wait_for_mark(name: str) -> None:
+    while not (Path(sys.argv[1]).parent / name).exists():
+        time.sleep(0.1)
+
+
+def stop_once_active() -> None:
+    wait_for_mark("active")
+    time.sleep(1.0)
+    os.kill(os.getpid(), signal.SIGSTOP)
+
+
 signal.signal(signal.SIGTERM, end)
 if mood == "refuse":
     say("error", message="station loader_3 lies inside a wall")
@@ -61,15 +72,13 @@ if mood == "crash":
 if mood == "deaf":
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
 if config["duration"] is not None:
-    mark = Path(sys.argv[1]).parent / ("begun" if mood == "calm" else "active")
-    while not mark.exists():
-        time.sleep(0.1)
+    wait_for_mark("begun" if mood == "calm" else "active")
     time.sleep(0.5)  # what the mission or the navigators said has arrived by then
     if mood != "early":
         say("over")
     end()
 if mood == "stopped":
-    threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGSTOP)).start()
+    threading.Thread(target=stop_once_active, daemon=True).start()
 while True:
     collisions = {"robot_robot": 0, "robot_world": 0}
     say("progress", sim_time=11.0, real_time_factor=5.0, collisions=collisions)
