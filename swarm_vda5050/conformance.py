@@ -10,15 +10,17 @@ from datetime import datetime, timedelta
 from typing import Any, NamedTuple
 
 from swarm_vda5050.faults import ActiveError, OrderFault
-from swarm_vda5050.messages import DriveOrder, Header, Node
+from swarm_vda5050.messages import DriveOrder, Header, InstantActions, Node
 from swarm_vda5050.reading import time_of
+from swarm_vda5050.simulated_faults import SIMULATED
 from swarm_vda5050.standard import VERSIONS
 
 EXACT = 0.05  # [m] that a node may be off its place in the layout
 LONGEST = 2000  # characters of a message that the report quotes
 PLAIN = re.compile(r"[A-Za-z0-9_.:-]*")  # ids, as the standard recommends them
 NEW, UPDATE = "new order", "order update"
-ALL, ORDERS = ("order", "instantActions", "zoneSet", "responses"), (NEW, UPDATE)
+ORDERS, ACTIONS = (NEW, UPDATE), ("instantActions",)
+ALL = (*ORDERS, *ACTIONS, "zoneSet", "responses")
 
 
 class ProtocolRule(NamedTuple):
@@ -27,6 +29,7 @@ class ProtocolRule(NamedTuple):
     text: str
     of: tuple[str, ...]  # kinds of messages that it is about
     is_duty: bool = True  # whether the standard demands it, not only recommends it
+    action: str = ""  # the instant action that it is about, if about one
 
 
 RULES = {
@@ -61,10 +64,12 @@ RULES = {
     "optional fields": ProtocolRule("optional fields are those of the factsheet", ORDERS),
     "available": ProtocolRule("orders are sent to robots that take them", ORDERS),
     "instant actions": ProtocolRule(
-        "instant actions are those of the factsheet, and about what there is", ("instantActions",)
+        "instant actions are those of the factsheet, and about what there is", ACTIONS
     ),
-    "maps": ProtocolRule("no map is downloaded that the robot has", ("instantActions",)),
-    "cancel": ProtocolRule("cancelOrder names an order that is active", ("instantActions",)),
+    "maps": ProtocolRule("no map is downloaded that the robot has", ACTIONS, action="downloadMap"),
+    "cancel": ProtocolRule(
+        "cancelOrder names an order that is active", ACTIONS, action="cancelOrder"
+    ),
     "zone sets": ProtocolRule("zone sets make sense, and no zoneSetId is used twice", ("zoneSet",)),
     "responses": ProtocolRule(
         "responses are to requests of the robot, and REVOKED is what was granted", ("responses",)
@@ -158,15 +163,24 @@ class Conformance:
         ]
 
     def judge(self, heard: Heard) -> None:
-        """Count a message."""
+        """Count a message; faults on demand are a tester's, not the fleet control's."""
+        wanted = _wanted(heard.message)
+        if wanted and wanted <= SIMULATED.keys():
+            return
         self._messages += 1
         memory = self._memories.setdefault(heard.robot, _Memory())
         problems = dict(self._problems(heard, memory))
         kind = _kind_of(heard, memory)
-        if not heard.errors and heard.message is not None:
-            due = [name for name, rule in RULES.items() if kind in rule.of]
-        else:  # what was not read or taken says nothing about further rules
+        if heard.message is None:  # what was not read says nothing about further rules
             due = ["retained"]
+        else:  # nor what was not taken, about those that depend on what it says
+            due = [
+                name
+                for name, rule in RULES.items()
+                if kind in rule.of
+                and (rule.of is ALL or not heard.errors)
+                and (not rule.action or rule.action in wanted)
+            ]
         if self._edges is None and "layout" in due:
             due.remove("layout")
         for name in due:
@@ -290,6 +304,13 @@ class Conformance:
             "broken": self.broken,
             "rules": rules,
         }
+
+
+def _wanted(message: Header | None) -> set[str]:
+    """Return the types of the instant actions in a message."""
+    if not isinstance(message, InstantActions):
+        return set()
+    return {action.action_type for action in message.actions}
 
 
 def _kind_of(heard: Heard, memory: _Memory) -> str:

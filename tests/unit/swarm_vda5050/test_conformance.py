@@ -86,6 +86,27 @@ def test_a_good_fleet_control_keeps_the_rules_that_it_touches():
     assert summary(judged.report).endswith("and broke none")
 
 
+def test_rules_are_seen_in_the_messages_that_they_are_about():
+    judged = Judged()
+    good(judged)
+    judged.hear("instantActions", actions("dance"))
+    seen = {rule["rule"]: rule["seen"] for rule in judged.report["rules"]}
+    for rule in ("schema", "version", "retained", "headerId", "timestamp"):
+        assert seen[rule] == 4, rule
+    assert (seen["actions"], seen["instant actions"]) == (2, 2)
+    assert seen["cancel"] == seen["maps"] == 0
+
+
+def test_faults_on_demand_are_not_judged():
+    judged = Judged()
+    good(judged)
+    judged.hear("instantActions", actions("simError"), headerId=0, timestamp="2020-01-01T00:00:00Z")
+    assert judged.broken == []
+    assert judged.report["messages"] == 3
+    judged.hear("instantActions", actions("stateRequest", "simError"), headerId=0)
+    assert "headerId" in judged.broken
+
+
 def actions(*kinds):
     return {"actions": [action(kind, f"{kind}-1", "NONE") for kind in kinds]}
 
