@@ -289,20 +289,20 @@ class Crossover(NamedTuple):
 
 
 def crossovers(experiments: Experiments, lines: Lines, other: str = CENTRE) -> list[Crossover]:
-    """Return where ours and a centre change sides in worlds with runs of two sizes or more."""
+    """Return where ours and a centre change sides, in worlds all of whose sizes have two runs."""
     rows: dict[str, dict[float, list[float]]] = {}
     for experiment in experiments.values():
         for cell in experiment.cells:
-            ours, theirs = (lines.get((cell.name, method), {}) for method in (OURS, other))
-            both = sorted(ours.keys() & theirs.keys())
-            if measure_of(cell) == "throughput" and not cell.lidar and len(both) > 1:
+            if measure_of(cell) == "throughput" and not cell.lidar:
+                ours, theirs = (lines.get((cell.name, method), {}) for method in (OURS, other))
                 rows.setdefault(Path(cell.scenario).stem, {})[cell.robots] = [
-                    (ours[seed].per_hour or 0.0) - (theirs[seed].per_hour or 0.0) for seed in both
+                    (ours[seed].per_hour or 0.0) - (theirs[seed].per_hour or 0.0)
+                    for seed in sorted(ours.keys() & theirs.keys())
                 ]
     return [
         Crossover(world, change_of_sides(levels), sum(levels[max(levels)]) > 0.0)
         for world, levels in rows.items()
-        if len(levels) > 1
+        if len(levels) > 1 and min(map(len, levels.values())) > 1
     ]
 
 
