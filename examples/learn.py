@@ -101,8 +101,11 @@ def judge(model, robots, world, curriculum=None, shield=False):
 if __name__ == "__main__":
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("cpu_minutes", nargs="?", type=float, default=13.0)
+    budget = arguments.parse_args().cpu_minutes
+    if not 0.0 < budget < np.inf:
+        arguments.error(f"cpu_minutes is {budget}; expected a number above 0")
     torch.set_num_threads(1)
-    model, curve = train(arguments.parse_args().cpu_minutes)
+    model, curve = train(budget)
     draw(curve)
     print("empty hall:", judge(model, 1, "hall_12"))
     print("door:", judge(model, 2, "doorway", across))

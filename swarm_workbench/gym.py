@@ -222,7 +222,8 @@ class TeamEnv(gymnasium.Env):  # type: ignore[misc]
             )
         actions = np.asarray(action)
         if actions.dtype.kind not in "fiu" or not np.isfinite(actions).all():
-            team.actions_of({f"robot {row + 1}": each for row, each in enumerate(action)})
+            named = {f"robot {row + 1}": each for row, each in enumerate(action)}
+            actions = team.actions_of(named)
         results = [self._padded(each) for each in team.step(actions[: team.count])]
         rewards, reached, contacts = results
         is_over = bool(team.is_done.all())

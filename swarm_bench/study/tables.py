@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from swarm_bench import statistics
 from swarm_bench.statistics import Interval
-from swarm_bench.study.experiments import OURS, Experiment, Experiments, measure_of
+from swarm_bench.study.experiments import LOOKS, OURS, Experiment, Experiments, measure_of
 from swarm_bench.study.levels import change_of_sides, recovery_of
 from swarm_bench.study.trials.cell import Cell
 from swarm_bench.study.trials.line import STEP, StudyLine
@@ -289,7 +289,7 @@ class Crossover(NamedTuple):
 
 
 def crossovers(experiments: Experiments, lines: Lines, other: str = CENTRE) -> list[Crossover]:
-    """Return where ours and a centre change sides, in worlds all of whose sizes have two runs."""
+    """Return where ours and a centre change sides, in worlds all of whose sizes had a look."""
     rows: dict[str, dict[float, list[float]]] = {}
     for experiment in experiments.values():
         for cell in experiment.cells:
@@ -302,7 +302,7 @@ def crossovers(experiments: Experiments, lines: Lines, other: str = CENTRE) -> l
     return [
         Crossover(world, change_of_sides(levels), sum(levels[max(levels)]) > 0.0)
         for world, levels in rows.items()
-        if len(levels) > 1 and min(map(len, levels.values())) > 1
+        if len(levels) > 1 and min(map(len, levels.values())) >= LOOKS[0]
     ]
 
 

@@ -394,3 +394,12 @@ def test_what_makes_no_sense_is_refused_in_words():
     for call in (lambda: rows.step(np.zeros((4, 2))), rows.reset, lambda: rows.reset(seed=[1])):
         with pytest.raises(SwarmError):
             call()
+
+
+def test_a_team_takes_numbers_of_any_kind():
+    rewards = []
+    for kind in (np.float32, object, str):
+        env = TeamEnv(2, "hall_12")
+        env.reset(seed=1)
+        rewards.append(env.step(np.full((2, 2), 0.25).astype(kind))[1])
+    assert rewards[0] == rewards[1] == rewards[2]
