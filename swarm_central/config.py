@@ -10,7 +10,7 @@ from msgspec import Meta
 
 from swarm_common.files.convert import convert
 from swarm_common.model.errors import ConfigError
-from swarm_common.model.schema import Count, NotNegative, check_fields
+from swarm_common.model.schema import Count, NotNegative, Share, check_fields
 
 Planner = Literal["pibt", "lacam"]
 SolverTime = Annotated[float, Meta(gt=0.0, le=600.0)]
@@ -33,7 +33,8 @@ class CentralConfig:
     solver: str = ""  # path of an external solver in place of both; empty for none
     solver_time: SolverTime = 1.0  # [s] of wall time for a plan; it is killed 10 s after that
     patience: int = 30  # ticks after which a robot that is not heard counts as standing for ever
-    most_released: Count = 45  # robots that go for their goals at once; the others make way
+    # Robots that go for their goals at once, by the roadmap's vertices; the others make way.
+    released_share: Share = 0.06
     most_queued: Count = 10  # of these, at most, go for the same place
     most_age: float = 240.0  # [s] after which a goal counts before all nearer ones
 

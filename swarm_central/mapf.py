@@ -395,7 +395,8 @@ class MapfCentre:
             if place >= 0 and queues[place] < self.config.most_queued:
                 turns.append((queues[place], rank[robot], robot))
                 queues[place] += 1
-        for _, _, robot in sorted(turns)[: self.config.most_released]:
+        most = max(1, round(self.config.released_share * len(self.roadmap.points)))
+        for _, _, robot in sorted(turns)[:most]:
             released[robot] = True
         return released
 

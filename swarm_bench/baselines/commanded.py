@@ -1,4 +1,7 @@
-"""A robot that drives where a centre lets it, and reports where it is."""
+"""A robot that drives where a centre lets it, and reports where it is.
+
+It overhears the others' reports, so that its LiDAR sees only what is no robot.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,6 @@ import numpy as np
 
 from swarm_bench.baselines.base import Baseline
 from swarm_central.team import RobotReport, TeamOrder
-from swarm_common.model.beacon import Reception
 from swarm_common.model.central import places_seen
 from swarm_common.model.records import Pose, Twist, wrap_angle
 from swarm_nav.control.controller import rate_that_stops
@@ -59,9 +61,6 @@ class CommandedDriver(Baseline):
             has_arrived=self._has_arrived and self._goal is not None,
             seen_map=places_seen(self.obstacles.points, self.pose),
         )
-
-    def on_reception(self, reception: Reception) -> None:
-        """Nothing to do: the centre knows where the others are."""
 
     def rest(self) -> Twist:
         """Make way as far as the centre says."""

@@ -16,11 +16,12 @@ from swarm_common.files.resources import share_directory
 from swarm_common.model.errors import ConfigError, UnknownNameError
 
 OURS = "ours"
-FIRST_SEED = 5000  # of the study: smaller ones are for development, tuning and --quick
+FIRST_SEED = 6000  # of the study: none is used for development, tuning, learning or --quick
 FIRST_QUICK_SEED, QUICK_SEEDS = 4900, 2
 LOOKS = (20, 30, 40, 50, 60)  # numbers of paired seeds at which a comparison is looked at
 BUDGET = 20.0  # [h] of CPU of all lines, after which nobody gets more seeds than the first look's
 Verdict = Literal["ahead", "behind", "equal", "open"]
+Expectation = Literal["ahead", "behind", "equal", "not behind"]
 Words = Annotated[list[str], Meta(min_length=1)]
 
 
@@ -29,11 +30,12 @@ class Hypothesis(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
 
     says: str
     cells: Words  # names of cells
-    expected: Literal["ahead", "behind", "equal"]  # of our rules, or of `method`
+    expected: Expectation  # of our rules, or of `method`
+    since: Literal["", "development"] = ""  # runs of which it was written after; empty: before any
     method: str = OURS
     against: list[str] = []  # methods in the same cell
     than: str = ""  # or a cell, with the same method
-    measure: Literal["", "success", "cost"] = ""  # empty: by the cell
+    measure: Literal["", "throughput", "success", "cost"] = ""  # empty: by the cell
 
 
 class PairedComparison(NamedTuple):
@@ -45,7 +47,7 @@ class PairedComparison(NamedTuple):
     method: str
     base_cell: str
     base_method: str
-    expected: Verdict
+    expected: Expectation
 
     @property
     def samples(self) -> tuple[tuple[str, str], tuple[str, str]]:

@@ -186,9 +186,10 @@ def protocol_part(experiments: Experiments) -> str:
             number += 1
             for each in experiment.comparisons(name, said):
                 other = each.base_method if each.cell == each.base_cell else each.base_cell
-                row = [f"H{number}", said.says, each.cell, other, each.measure, each.expected]
+                says = f"{said.says} (after development)" if said.since else said.says
+                row = [f"H{number}", says, each.cell, other, each.measure, each.expected]
                 rows.append(row)
-        head = ["", "hypothesis", "cell", "against", "measure", f"expected of {OURS}"]
+        head = ["", "hypothesis", "cell", "against", "measure", f"expected"]
         parts.append(BenchTable(head, rows, texts=head).markdown().rstrip())
     return "\n\n".join(parts)
 

@@ -293,7 +293,7 @@ def crossovers(experiments: Experiments, lines: Lines, other: str = CENTRE) -> l
     rows: dict[str, dict[float, list[float]]] = {}
     for experiment in experiments.values():
         for cell in experiment.cells:
-            if measure_of(cell) == "throughput" and not cell.lidar:
+            if measure_of(cell) == "throughput" and not (cell.lidar or cell.lanes):
                 ours, theirs = (lines.get((cell.name, method), {}) for method in (OURS, other))
                 rows.setdefault(Path(cell.scenario).stem, {})[cell.robots] = [
                     (ours[seed].per_hour or 0.0) - (theirs[seed].per_hour or 0.0)
@@ -310,7 +310,7 @@ def sizes(found: Iterable[CellRuns]) -> dict[str, dict[str, dict[int, CellRuns]]
     """Return undisturbed cells without end by world, method and size, for worlds with any."""
     worlds: dict[str, dict[str, dict[int, CellRuns]]] = {}
     for group in found:
-        if measure_of(group.cell) == "throughput" and not group.cell.lidar:
+        if measure_of(group.cell) == "throughput" and not (group.cell.lidar or group.cell.lanes):
             world = worlds.setdefault(Path(group.cell.scenario).stem, {})
             world.setdefault(group.method, {})[group.cell.robots] = group
     return worlds

@@ -66,6 +66,7 @@ def tuning_runs(tuning: Tuning) -> list[StudyRun]:
         for seed in tuning.seeds
         for cell in tuning.cells
         for method in tuning.methods
+        if not cell.methods or method in cell.methods
         for settings in candidates(tuning, method)
     ]
 
@@ -83,7 +84,8 @@ def choose(tuning: Tuning, lines: Sequence[StudyLine]) -> dict[str, Settings]:
         usual = _by_cell(lines, method, ())
         for settings in tried:
             found = _by_cell(lines, method, settings)
-            wanted = len(tuning.cells) * len(tuning.seeds)
+            cells = [each for each in tuning.cells if not each.methods or method in each.methods]
+            wanted = len(cells) * len(tuning.seeds)
             if sum(len(members) for members in found.values()) < wanted:
                 break
             scores[settings] = (

@@ -95,6 +95,10 @@ class LocalRun(RunPart):
         elif exit_.name == RECORDER:
             self._run.tell(WORLD, say.BeginTime())
 
+    def on_stop(self, phase: str) -> None:
+        """Let no tick follow while processes end."""
+        self._run.tell(WORLD, say.EndTime())
+
     def restart(self, name: str, config: dict[str, Any]) -> None:
         """Restart a process; its map is the run's own, as the user may have changed the other."""
         if "map" in config:

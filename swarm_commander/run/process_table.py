@@ -162,12 +162,13 @@ def _vda5050(start: Start) -> Configs:
     return {VDA5050: start.plan.vda5050_config(start.map_file)} if is_wanted else {}
 
 
-# Lines stand in the order of stopping: the world first, so that no navigator is late for it.
+# Lines stand in the order of stopping. No tick follows when that begins: the recorder takes what
+# was sent before its senders leave, who would take with them what it has not heard yet.
 NAVIGATORS = "swarm_nav.launch.fork_server_main"
 TABLE = (
+    Process(RECORDER, "swarm_recording.recorder", _recorder, RECORDER),
     Process(WORLD, "swarm_sim.ros.node", None, "world", VITAL),
     Process(RUNNER, "swarm_commander.mission.runner", _mission, OPERATOR, LEADS | TOLD, QUIET),
-    Process(RECORDER, "swarm_recording.recorder", _recorder, RECORDER),
     Process(HOST, NAVIGATORS, None, "navigators", LEADS),
     Process(SERVER, "swarm_commander.hosts.host_server", None, "", VITAL),
     Process(STATION, "swarm_commander.mission.station", _stations, OPERATOR, VITAL),

@@ -542,6 +542,10 @@ class BeginTime(CommandBase, frozen=True, tag="begin"):
     """Time may begin: whoever is to see all of it is there."""
 
 
+class EndTime(CommandBase, frozen=True, tag="end_time"):
+    """No tick follows any more; whoever records takes what has been sent."""
+
+
 class StartNavigator(RobotCommand, frozen=True, tag="start"):
     """Start the navigator of a robot with a parameter file."""
 
@@ -636,7 +640,7 @@ class KernelsCompiled(CommandBase, frozen=True, tag="compiled"):
 
 
 ForkServerCommand = Go | StartNavigator | EndNavigator | KillNavigator
-WorldCommand = BeginTime | ServeHost | RobotDead | RobotSilent | RobotHeard
+WorldCommand = BeginTime | EndTime | ServeHost | RobotDead | RobotSilent | RobotHeard
 MissionCommand = WatchRobot | RobotSilent | RobotHeard | RobotDead | RobotGone
 ServerCommand = ShowFigures | RobotGone | RunOver
 ClientCommand = ReportActive | ReportDeath | ReportUsage

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import time
 
 import rclpy
 from rclpy.signals import SignalHandlerOptions
@@ -23,6 +24,8 @@ from swarm_common.process.quick_start import load_numba, without_collector
 from swarm_sim.ros.build import BROKEN, build
 from swarm_sim.ros.settings import read_settings
 from swarm_sim.ros.world_node import WorldNode
+
+END_PERIOD = 0.02  # [s] of wall time between two looks for the end
 
 
 def main() -> int:
@@ -49,8 +52,14 @@ def main() -> int:
     is_large = prepare(robots, settings.processes or robots, profile)
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node = WorldNode(setup, world, settings, events, is_large=is_large)
+    ending: list[int] = []
+
+    def end(number: int, _: object) -> None:
+        ending.append(number)
+        node.stop()
+
     for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: node.stop())
+        signal.signal(number, end)
     if options.control_fd is not None:
         node.listen(options.control_fd)
     events.write(Ready())
@@ -58,6 +67,8 @@ def main() -> int:
     node.finish()
     if node.is_over:
         events.write(TimeOver())
+    while options.control_fd is not None and not ending:  # swarm-up says when all has been taken
+        time.sleep(END_PERIOD)
     node.destroy()
     return 0
 

@@ -23,6 +23,7 @@ from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_common.process.messages import (
     WORLD,
     BeginTime,
+    EndTime,
     MeetingPorts,
     Note,
     RobotDead,
@@ -336,10 +337,10 @@ class WorldNode:
         if self._request_rate.is_due(now):
             drain(self._executor, on_fault=self._on_fault)
             self._services.poll_steps()
+            for command in self._control.read() if self._control is not None else []:
+                self._obey(command)
         if not self._report_rate.is_due(now):
             return
-        for command in self._control.read() if self._control is not None else []:
-            self._obey(command)
         self._rejections.tell(now)
         self._poll_clock_listeners()
         if self._links.poll_viewers() and self._observations:  # this tick may last
@@ -362,6 +363,8 @@ class WorldNode:
         names = self._links.names
         if isinstance(command, BeginTime):
             self._barrier.is_held = False
+        elif isinstance(command, EndTime):
+            self.stop()
         elif isinstance(command, ServeHost):
             self._links.move_out(command.host, command.robots, command.run, command.secret)
         elif command.robot in names:

@@ -8,7 +8,7 @@ import hashlib
 import random
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 
@@ -43,6 +43,7 @@ class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     delay: float = 0.0  # [s]
     lidar: bool = False
     fleet: list[str] = []  # models in turn
+    lanes: Literal["", "none"] = ""  # those of the world, or none
     actors: str = ""  # file beside the world's, with people who walk about
     at: float = 20.0  # [s] when what follows begins
     until: float | None = None  # [s] when it ends; None: it does not
@@ -58,6 +59,7 @@ class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
         """Name that identifies the cell."""
         span = f"{self.until - self.at:g} s" if self.until is not None else "for ever"
         parts = [f"{Path(self.scenario).stem} {self.robots}"]
+        parts += ["no lanes"] if self.lanes else []
         parts += ["LiDAR"] if self.lidar else []
         parts += [f"loss {self.loss:g}"] if self.loss else []
         parts += [f"delay {self.delay:g} s"] if self.delay else []
@@ -73,7 +75,9 @@ class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     @property
     def twin(self) -> str:
         """Name of the same cell without what disturbs it."""
-        return Cell(scenario=self.scenario, robots=self.robots, lidar=self.lidar).name
+        return Cell(
+            scenario=self.scenario, robots=self.robots, lidar=self.lidar, lanes=self.lanes
+        ).name
 
     @property
     def condition(self) -> str:
@@ -103,6 +107,7 @@ class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
             with_lidar=self.lidar or base.with_lidar,
             fleet=tuple(self.fleet) or base.fleet,
             actors=self.actors or base.actors,
+            lanes=self.lanes or base.lanes,
             time_limit={self.robots: self.seconds},
         )
 

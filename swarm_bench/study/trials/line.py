@@ -57,6 +57,7 @@ class StudyLine(msgspec.Struct, frozen=True, kw_only=True):
     makespan: float | None  # [s]; None if a goal was missed, or the run has no end
     stopped: float  # [s] after which the run would have been stopped
     bound: float | None  # [s] no method is faster; None where nothing is known
+    blocked: float | None = None  # [s] that a box stood in the way
     per_hour: float | None = None  # orders, or goals, after the warm-up of a run without end
     lead_time: float | None = None  # [s] of these, mean
     batches: list[int] | None = None  # of these, in parts of equal length
@@ -70,6 +71,7 @@ class StudyLine(msgspec.Struct, frozen=True, kw_only=True):
     tick_us_median: float | None = None  # [µs] of a robot's decision
     tick_us_p99: float | None  # [µs] likewise
     longest_decision_ms: float | None  # of the centre; None without one
+    p99_decision_ms: float | None = None  # likewise
     bytes_per_robot_second: float | None  # sent by radio, to and from the centre if there is one
     trajectory_sha256: str
 
@@ -116,7 +118,7 @@ class StudyLine(msgspec.Struct, frozen=True, kw_only=True):
 
 TIMED = (
     "cpu", "cpu_ms_per_robot_second", "centre_ms_per_robot_second", "tick_us_median",
-    "tick_us_p99", "longest_decision_ms", "edition",
+    "tick_us_p99", "longest_decision_ms", "p99_decision_ms", "edition",
 )  # fmt: skip
 OPTIONAL = [name for name, kind in StudyLine.__annotations__.items() if "None" in str(kind)]
 

@@ -6,11 +6,12 @@ import contextlib
 import importlib
 import statistics
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-from swarm_bench.runs.episode import RunOptions, build
+from swarm_bench.runs.episode import Episode, RunOptions, build
 from swarm_bench.runs.harness import Harness
+from swarm_bench.runs.methods import OF_NAVIGATORS, TEAMS
 from swarm_bench.study.trials.bounds import least_makespan
 from swarm_bench.study.trials.cell import Cell, Settings, StudyRun, is_constant, settings_text
 from swarm_bench.study.trials.line import STEP, StudyLine, study_edition
@@ -21,7 +22,6 @@ from swarm_common.model.errors import WorldError
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_common.model.shapes import Box, Part, transform_from_xyz_rpy
 from swarm_describe.worlds.scene import Body
-from swarm_run.loop import InjectedFaults
 from swarm_run.record.run_record import RunRecord
 from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.object_placement import check_object_place
@@ -29,6 +29,7 @@ from swarm_sim.world.world import World
 
 HEIGHT = 1.0  # [m] of a box in the way
 BASELINES = "swarm_bench.baselines"
+BEACON_RATE = BEACON_SIZE / CONTROL_PERIOD  # [bytes/s]
 
 
 def run_one(item: tuple[StudyRun, RunOptions]) -> StudyLine:
@@ -54,13 +55,14 @@ def run_one(item: tuple[StudyRun, RunOptions]) -> StudyLine:
         "stopped": scenario.limit_of(cell.robots),
     }
     try:
-        result, bound = _result(run, options)
+        result, bound, blocked = _result(run, options)
     except (SolverError, RoadmapError) as error:
         return failed_line(identity, str(error), time.process_time() - started, cell)
     centre, steady, truth = result.centre, result.steady, result.ground_truth
-    radio = BEACON_SIZE / CONTROL_PERIOD
+    # Robots of a centre alone overhear its traffic; all others send beacons.
+    radio = 0.0 if run.method in TEAMS and run.method not in OF_NAVIGATORS else BEACON_RATE
     if centre is not None:
-        radio = centre["bytes_up_per_robot_second"] + centre["bytes_down_per_robot_second"]
+        radio += centre["bytes_up_per_robot_second"] + centre["bytes_down_per_robot_second"]
     return StudyLine(
         **identity,
         goals_sent=result.goals_sent,
@@ -69,6 +71,7 @@ def run_one(item: tuple[StudyRun, RunOptions]) -> StudyLine:
         robot_world=result.robot_world,
         makespan=_rounded(result.makespan, 1),
         bound=_rounded(bound, 1),
+        blocked=blocked,
         per_hour=None if steady is None else round(steady.per_hour, 1),
         lead_time=None if steady is None else _rounded(steady.lead_time or None, 1),
         batches=None if steady is None else list(steady.finished),
@@ -82,13 +85,18 @@ def run_one(item: tuple[StudyRun, RunOptions]) -> StudyLine:
         tick_us_median=_rounded(result.tick_us_median, 1),
         tick_us_p99=_rounded(result.tick_us_p99, 1),
         longest_decision_ms=_rounded(_of(centre, "longest_decision_ms"), 1),
+        p99_decision_ms=_rounded(_of(centre, "p99_decision_ms"), 2),
         bytes_per_robot_second=round(radio, 1),
         trajectory_sha256=result.trajectory_sha256,
     )
 
 
-def _result(run: StudyRun, options: RunOptions) -> tuple[RunRecord, float | None]:
-    """Return what became of a run, and the least time [s] that it could take, where that counts."""
+def _result(run: StudyRun, options: RunOptions) -> tuple[RunRecord, float | None, float | None]:
+    """Return what became of a run, and two times [s], where they count.
+
+    Returns:
+        The run; the least time that it could take; how long a box stood in its way.
+    """
     cell = run.cell
     with _constants(run.settings):
         episode = build(options, world_class=ChangingWorld if cell.blocked else World)
@@ -97,8 +105,10 @@ def _result(run: StudyRun, options: RunOptions) -> tuple[RunRecord, float | None
         if episode.centre is not None and cell.outage:
             first, end = cell.span()
             episode.centre.outage = first, end - 1
-        harness = _BlockedHarness if cell.blocked else Harness
-        return harness(options, episode=episode, faults=run.faults(), **_box(run)).run(), bound
+        if not cell.blocked:
+            return Harness(options, episode=episode, faults=run.faults()).run(), bound, None
+        harness = _BlockedHarness(options, episode=episode, run=run)
+        return harness.run(), bound, round(harness.blocked * CONTROL_PERIOD, 1)
 
 
 def failed_line(identity: dict[str, Any], failure: str, cpu: float, cell: Cell) -> StudyLine:
@@ -151,38 +161,25 @@ def _constants(settings: Settings) -> Iterator[None]:
         yield
 
 
-def _box(run: StudyRun) -> dict[str, Any]:
-    if not run.cell.blocked:
-        return {}
-    return {"box": run.cell.blocked, "first": run.cell.span()[0], "end": run.cell.span()[1]}
-
-
 class _BlockedHarness(Harness):
     """A run in which a box stands in the way for a time, from when there is room for it."""
 
-    def __init__(
-        self,
-        options: Any,
-        *,
-        episode: Any,
-        faults: InjectedFaults,
-        box: Sequence[float],
-        first: int,
-        end: int,
-    ) -> None:
-        super().__init__(options, episode=episode, faults=faults)
-        x, y, width, depth = box
+    def __init__(self, options: RunOptions, *, episode: Episode, run: StudyRun) -> None:
+        super().__init__(options, episode=episode, faults=run.faults())
+        x, y, width, depth = run.cell.blocked
         part = Part(Box((width, depth, HEIGHT)), transform_from_xyz_rpy(0, 0, 0, 0, 0, 0))
         place = transform_from_xyz_rpy(x, y, 0.5 * HEIGHT, 0, 0, 0)
         self._box = Body("box::link", place, (part,))
-        self._span = first, end
+        self._span = run.cell.span()
         self._place = -1
+        self.blocked = 0  # ticks with the box
 
     def begin(self, tick: int) -> None:
         super().begin(tick)
         world = self.world
         assert isinstance(world, ChangingWorld)
         first, end = self._span
+        self.blocked += self._place >= 0
         if self._place < 0 and first <= tick < end:
             with contextlib.suppress(WorldError):  # somebody is there: it comes later
                 check_object_place(world, self._box)

@@ -8,6 +8,7 @@ import time
 import psutil
 import pytest
 
+from swarm_bench.study.experiments import FIRST_SEED
 from swarm_bench.study.trials.line import store_of
 
 EXPERIMENT = """
@@ -43,5 +44,5 @@ def test_a_killed_study_goes_on_where_it_was(tmp_path):
     ended = subprocess.run(command, capture_output=True, text=True, check=False)
     assert ended.returncode == 0, ended.stdout + ended.stderr
     assert f"{known} runs are in" in ended.stdout
-    assert [line.seed for _, line in store.read()] == list(range(5000, 5020))
+    assert [line.seed for _, line in store.read()] == list(range(FIRST_SEED, FIRST_SEED + 20))
     assert not list(folder.glob("*.jsonl"))

@@ -98,7 +98,9 @@ def test_decided_comparisons_get_no_more_seeds_and_none_gets_them_beyond_the_bud
 def test_a_pair_whose_trajectories_came_before_does_not_count(experiments):
     lines = sampled(experiments, SEEDS, values)
     lines = [
-        msgspec.structs.replace(line, trajectory_sha256="the same") if line.seed < 5003 else line
+        msgspec.structs.replace(line, trajectory_sha256="the same")
+        if line.seed < FIRST_SEED + 3
+        else line
         for line in lines
     ]
     job = found_in(experiments, lines)[0]
