@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from swarm_bench.runs.methods import METHODS
 from swarm_bench.study import figures, tables
-from swarm_bench.study.experiments import OURS, Experiments
+from swarm_bench.study.experiments import Experiments
 from swarm_bench.study.tables import CENTRE, CellRuns, KeptShare, percent
 from swarm_bench.study.trials.cell import Settings, settings_text
 from swarm_bench.study.trials.line import StudyLine
@@ -189,7 +189,7 @@ def protocol_part(experiments: Experiments) -> str:
                 says = f"{said.says} (after development)" if said.since else said.says
                 row = [f"H{number}", says, each.cell, other, each.measure, each.expected]
                 rows.append(row)
-        head = ["", "hypothesis", "cell", "against", "measure", f"expected"]
+        head = ["", "hypothesis", "cell", "against", "measure", "expected"]
         parts.append(BenchTable(head, rows, texts=head).markdown().rstrip())
     return "\n\n".join(parts)
 
