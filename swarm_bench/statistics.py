@@ -204,6 +204,26 @@ def paired_mean(differences: Sequence[float], confidence: float) -> tuple[Interv
     return interval, float(found.pvalue)
 
 
+def jackknifed_ratio(parts: Sequence[float], wholes: Sequence[float]) -> list[float]:
+    """Return pseudo-values whose mean is the sum of parts by the sum of wholes, without its bias.
+
+    They take the place of a sample in tests and intervals (Miller, Biometrika 61, 1974).
+
+    Args:
+        parts: (n,).
+        wholes: (n,), whose sum is above 0; else all of it is kept by none, and the ratio is 0.
+    """
+    part, whole = np.asarray(parts, np.float64), np.asarray(wholes, np.float64)
+    count = len(part)
+    if count == 0 or whole.sum() <= 0.0:
+        return [0.0] * count
+    ratio = part.sum() / whole.sum()
+    rest = whole.sum() - whole
+    others = np.divide(part.sum() - part, rest, out=np.full(count, ratio), where=rest > 0.0)
+    values: list[float] = (count * ratio - (count - 1) * others).tolist()
+    return values
+
+
 def paired_shares(
     first: Sequence[float], second: Sequence[float], confidence: float
 ) -> tuple[Interval, float]:

@@ -6,7 +6,7 @@ What a module imports of its folder stands above it:
     experiments  Experiments as written in `params/study/*.yaml`: cells and hypotheses
     tuning       Equal tries for each method, and what was chosen
     verdicts     Verdicts of comparisons, and which runs they still need
-    levels       Sizes from which one side is ahead, and times to recover
+    recovery     Times to recover
     tables       From lines and findings to tables
     figures      From lines to the figures
     page         docs/study.md, study.html and the protocol's tables

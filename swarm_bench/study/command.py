@@ -140,7 +140,11 @@ def study(
         console.print(f"wrote {write_chosen(work.place, choose(tuning, known))}", markup=False)
     else:
         command = "swarm-bench study --quick" if quick else "swarm-bench study"
-        texts = _texts(page.study_of(work.experiments, work.lines, work.settings), output, command)
+        found = page.study_of(work.experiments, work.lines, work.settings)
+        if check and found.edition not in ("", study_edition()):
+            told = f"lines are of edition {found.edition}, and this code is {study_edition()}"
+            typer.echo(f"{told}: see with --reproduce whether it makes the same", err=True)
+        texts = _texts(found, output, command)
         texts |= {folder / "study.html": texts.pop(Path("study.html"))}
         if not quick and (folder / PROTOCOL).is_file():
             part = page.protocol_part(work.experiments)

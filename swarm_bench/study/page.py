@@ -8,8 +8,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from swarm_bench.runs.methods import METHODS
+from swarm_bench.statistics import bound_of_zero, wilson
 from swarm_bench.study import figures, tables
-from swarm_bench.study.experiments import Experiments
+from swarm_bench.study.experiments import Experiments, Hypothesis
 from swarm_bench.study.tables import CENTRE, CellRuns, KeptShare, percent
 from swarm_bench.study.trials.cell import Settings, settings_text
 from swarm_bench.study.trials.line import StudyLine
@@ -28,17 +29,21 @@ QUESTION = (
     "Is a swarm better off when each robot decides for itself, or when one centre decides for all?"
 )
 HOW = """\
-Both sides share robots, starts, orders and noise, seed by seed. Hypotheses, cells and rules were
-[written down](../study/protocol.md) before the first run. *Better* is a share of the larger mean,
-of ours against the other side: of throughput, of the restricted mean time of jobs with an end, or
-of what is kept of the throughput of an undisturbed twin. Intervals and p values stand for all
-looks, p values for all comparisons of an experiment, too. *Equal* is less than 3 %."""
+Both sides share robots, starts, orders and noise, seed by seed. Hypotheses, cells and rules are
+[written down](../study/protocol.md) before the runs; what is marked was expected after runs of
+development. *Better* is ours against the other side: of throughput and of the restricted mean time
+of jobs with an end, a share of the larger mean; of what is kept of an undisturbed twin's throughput
+and of successful runs, percentage points. Intervals and p values stand for all looks, p values for
+all comparisons of an experiment, too. *Equal* is less than 3 % (success: 1 %, cost: 20 %)."""
 THREATS = """\
 All is simulated, in six worlds on flat floors. The same authors wrote both sides, and have worked
-on our rules for longer, in these halls. The radio of orders is never split. No rule of ours is made
-for robots that neither hear nor see each other. A restricted mean ends where runs are stopped. The
-scale of a relative effect counts as known. Times of decisions are those of one machine with other
-work on it; [performance](performance.md) has memory."""
+on our rules for longer, in these halls. Ways of this centre lie on a lattice of four directions:
+the cells with four robots show what that alone costs it. The hall's lanes were learned with our
+robots, from its own orders on other seeds. The centre's computing takes no simulated time. The
+radio of orders is never split. No rule of ours is made for robots that neither hear nor see each
+other. A restricted mean ends where runs are stopped. The scale of a relative effect counts as
+known. Times of decisions are those of one machine with other work on it;
+[performance](performance.md) has memory."""
 STYLE = (
     ":root{color-scheme:light dark}"
     "body{font:15px/1.45 sans-serif;margin:2em auto;max-width:1200px;padding:0 1em}"
@@ -91,8 +96,8 @@ class StudyState:
         return tables.kept(self.experiments, self.lines)
 
     @property
-    def hypotheses(self) -> list[tuple[str, str, list[ComparisonResult]]]:
-        """Experiment, sentence and findings of each hypothesis."""
+    def hypotheses(self) -> list[tuple[Hypothesis, list[ComparisonResult]]]:
+        """Each hypothesis with its findings."""
         return tables.by_hypothesis(self.experiments, self.findings)
 
 
@@ -134,17 +139,17 @@ def markdown(study: StudyState, stem: str, command: str) -> str:
         if group.cell.name in ("hall_stream 20", "hall_stream 50", "hall_stream 100")
     ]  # fmt: skip
     judged_ones = [
-        f"- H{number} **{verdict}**: {says}"
-        for number, (says, verdict) in enumerate(tables.judgements(hypotheses), 1)
+        f"- H{number} **{judged(found)}**: {tables.sentence(said)}"
+        for number, (said, found) in enumerate(hypotheses, 1)
     ]
     parts = [
         f"# {TITLE}", QUESTION, " ".join(_answer(study)), HOW, *shown,
-        "## Expected before the first run", "\n".join(judged_ones),
+        "## Expected", "\n".join(judged_ones),
         "## Comparisons", tables.verdicts(hypotheses).markdown().rstrip(),
         *(["## In the hall", tables.costs(hall).markdown().rstrip()] if hall else []),
         "## Limits", f"{THREATS} {' '.join(_limits(study))}",
-        f"{tuned_text(study.settings)} Written by `{command}` from {len(study.runs)} lines; "
-        "study/study.html has every column.",
+        f"{tuned_text(study.settings)} Written by `{command}` from {len(study.runs)} lines "
+        f"of edition {study.edition or 'none'}; study/study.html has every column.",
     ]  # fmt: skip
     return "\n\n".join(parts) + "\n"
 
@@ -164,8 +169,8 @@ def page(study: StudyState) -> str:
             parts.append(tables.details(found).html())
     if kept := study.kept:
         parts += ["<h2>Against the undisturbed twin</h2>", tables.losses(kept).html()]
-    edition = f" Edition {study.edition}." if study.edition else ""
-    parts.append(f"<h2>Limits</h2><p>{html.escape(' '.join(_limits(study)) + edition)}</p>")
+    parts.append(f"<h2>Limits</h2><p>{html.escape(' '.join(_limits(study)))}</p>")
+    parts.append(f"<p>Edition {html.escape(study.edition or 'none')}.</p>")
     return "\n".join(parts) + "\n"
 
 
@@ -186,8 +191,14 @@ def protocol_part(experiments: Experiments) -> str:
             number += 1
             for each in experiment.comparisons(name, said):
                 other = each.base_method if each.cell == each.base_cell else each.base_cell
-                says = f"{said.says} (after development)" if said.since else said.says
-                row = [f"H{number}", says, each.cell, other, each.measure, each.expected]
+                row = [
+                    f"H{number}",
+                    tables.sentence(said),
+                    each.cell,
+                    other,
+                    each.measure,
+                    each.expected,
+                ]
                 rows.append(row)
         head = ["", "hypothesis", "cell", "against", "measure", "expected"]
         parts.append(BenchTable(head, rows, texts=head).markdown().rstrip())
@@ -207,18 +218,20 @@ def _answer(study: StudyState) -> Iterator[str]:
             f"our rules are ahead in {counts['ahead']}, behind in {counts['behind']}, equal in "
             f"{counts['equal']}; {counts['open']} are open."
         )
-    for side, sign in (("behind", 1.0), ("ahead", -1.0)):
-        found = sorted(
-            (each for each in against if each.verdict == side),
-            key=lambda each: sign * each.effect.estimate,
-        )
-        if found:
-            names = "; ".join(
-                f"{each.comparison.cell} {percent(each.effect)} %" for each in found[:MOST_NAMED]
+    for found in tables.by_size(study.experiments, findings):
+        yield from _in_world(found)
+    for measure, words in (("throughput", "throughput"), ("makespan", "time")):
+        for side, sign in (("ahead", -1.0), ("behind", 1.0)):
+            most = sorted(
+                (f for f in against if (f.verdict, f.comparison.measure) == (side, measure)),
+                key=lambda each: sign * each.effect.estimate,
             )
-            yield f"They are furthest {side} in {names}."
-    yield from _who_has_more(study)
-    results = Counter(judged(found) for _, _, found in study.hypotheses)
+            if most:
+                names = "; ".join(
+                    f"{each.comparison.cell} {percent(each.effect)} %" for each in most[:MOST_NAMED]
+                )
+                yield f"In {words} they are furthest {side} in {names}."
+    results = Counter(judged(found) for _, found in study.hypotheses)
     yield (
         f"Of {sum(results.values())} expectations {results['right']} were right, "
         f"{results['wrong']} wrong, {results['open']} are open."
@@ -226,32 +239,47 @@ def _answer(study: StudyState) -> Iterator[str]:
     by_method: dict[str, list[StudyLine]] = {}
     for line in study.runs:
         by_method.setdefault(line.method, []).append(line)
-    if by_method:
-        texts = [
-            f"{method} {tables.contacts_text(by_method[method])} of {len(by_method[method])} runs"
-            f"{_where_touched(by_method[method])}"
-            for method in METHODS
-            if method in by_method
-        ]
+    texts = [_contacts(method, by_method[method]) for method in METHODS if method in by_method]
+    if texts:
         yield f"Contacts: {'; '.join(texts)}."
 
 
-def _where_touched(lines: Sequence[StudyLine]) -> str:
-    cells = dict.fromkeys(line.cell for line in lines if line.contacts)
-    return f" ({'; '.join(sorted(cells))})" if cells else ""
+def _contacts(method: str, lines: Sequence[StudyLine]) -> str:
+    """Return in which cells a method touched, and how often it may in the others."""
+    cells: dict[str, dict[str, StudyLine]] = {}
+    for line in lines:
+        cells.setdefault(line.cell, {})[line.trajectory_sha256] = line
+    texts, others = [], set[str]()
+    for name, found in sorted(cells.items()):
+        touched = [line for line in found.values() if line.contacts]
+        if not touched:
+            others |= found.keys()
+            continue
+        share = wilson(len(touched), len(found))
+        count = sum(line.contacts for line in touched)
+        texts.append(
+            f"{count} in {len(touched)} of {len(found)} runs of {name} "
+            f"({share.low:.0%} to {share.high:.0%})"
+        )
+    if others:
+        other = "other " if texts else ""
+        bound = f"0 in {len(others)} {other}different runs (< {bound_of_zero(len(others)):.1%})"
+        texts.append(bound)
+    return f"{method} {', '.join(texts)}"
 
 
-def _who_has_more(study: StudyState) -> Iterator[str]:
-    """Yield where which side has the larger mean throughput, and from which size on."""
-    always: dict[str, list[str]] = {}
-    for found in tables.crossovers(study.experiments, study.lines):
-        who = "our robots" if found.is_ours else "robots of the centre"
-        if found.at is None:
-            always.setdefault(who, []).append(found.world)
-        else:
-            yield f"In {found.world} {who} carry more from {found.at.text('{:g}')} robots on."
-    for who, worlds in always.items():
-        yield f"At every size {who} carry more in {', '.join(worlds)}."
+def _in_world(found: tables.SizeVerdicts) -> Iterator[str]:
+    """Yield with how many robots which side has more throughput in a world, if any is decided."""
+    parts = [
+        f"{side} with {', '.join(map(str, sizes))}"
+        for side in ("ahead", "equal", "behind")
+        if (sizes := found.sizes(side))
+    ]
+    if not parts:
+        return
+    change = found.change
+    told = f": the sides change between {change[0]} and {change[1]} robots" if change else ""
+    yield f"In {found.world} they are {', '.join(parts)} robots{told}."
 
 
 def _limits(study: StudyState) -> Iterator[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,11 +11,18 @@ from typing import NamedTuple
 
 from swarm_bench import statistics
 from swarm_bench.statistics import Interval
-from swarm_bench.study.experiments import LOOKS, OURS, Experiment, Experiments, measure_of
-from swarm_bench.study.levels import change_of_sides, recovery_of
+from swarm_bench.study.experiments import (
+    OURS,
+    Experiment,
+    Experiments,
+    Hypothesis,
+    Verdict,
+    measure_of,
+)
+from swarm_bench.study.recovery import recovery_of
 from swarm_bench.study.trials.cell import Cell
 from swarm_bench.study.trials.line import STEP, StudyLine
-from swarm_bench.study.verdicts import MEASURES, ComparisonResult, Lines, judged
+from swarm_bench.study.verdicts import MEASURES, ComparisonResult, Lines
 from swarm_bench.tables import BenchTable
 
 CENTRE = "central-mapf"
@@ -88,6 +96,7 @@ def p_text(p: float) -> str:
 VERDICTS: dict[str, Callable[[ComparisonResult], str]] = {
     "cell": lambda row: row.comparison.cell,
     "against": lambda row: other_of(row),
+    "means": lambda row: means_text(row),
     "better by, %": lambda row: percent(row.effect),
     "pairs": lambda row: str(row.pairs),
     "p": lambda row: p_text(row.adjusted) if row.pairs else NONE,
@@ -102,6 +111,12 @@ MORE: dict[str, Callable[[ComparisonResult], str]] = {
 }
 
 
+def means_text(finding: ComparisonResult) -> str:
+    """Return the mean of both sides."""
+    form = MEASURES[finding.comparison.measure].form
+    return " | ".join(form.format(mean) for mean in finding.means) if finding.pairs else NONE
+
+
 def other_of(finding: ComparisonResult) -> str:
     """Return what the first side of a comparison is compared with."""
     comparison = finding.comparison
@@ -111,25 +126,30 @@ def other_of(finding: ComparisonResult) -> str:
         else f"its {comparison.base_cell}"
     )
     measure = comparison.measure
-    return f"{other}, {measure}" if measure in ("success", "cost") else other
+    return f"{other}, {measure}" if measure in ("kept", "success", "cost") else other
 
 
 def by_hypothesis(
     experiments: Experiments, found: Mapping[str, Sequence[ComparisonResult]]
-) -> list[tuple[str, str, list[ComparisonResult]]]:
-    """Return name of the experiment, sentence and findings of each hypothesis."""
+) -> list[tuple[Hypothesis, list[ComparisonResult]]]:
+    """Return each hypothesis with its findings."""
     rows = []
     for name, experiment in experiments.items():
         left = list(found[name])
         for said in experiment.hypotheses:
             count = len(experiment.comparisons(name, said))
-            rows.append((name, said.says, left[:count]))
+            rows.append((said, left[:count]))
             left = left[count:]
     return rows
 
 
+def sentence(said: Hypothesis) -> str:
+    """Return what a hypothesis says, and whether runs of development had been seen."""
+    return f"{said.says} (after {said.since})" if said.since else said.says
+
+
 def verdicts(
-    hypotheses: Iterable[tuple[str, str, Sequence[ComparisonResult]]],
+    hypotheses: Iterable[tuple[Hypothesis, Sequence[ComparisonResult]]],
     more: Mapping[str, Callable[[ComparisonResult], str]] | None = None,
 ) -> BenchTable:
     """Return all comparisons, each with the number of its hypothesis."""
@@ -137,17 +157,10 @@ def verdicts(
     head = ["", *columns]
     rows = [
         [f"H{number}", *(cell(finding) for cell in columns.values())]
-        for number, (_, _, findings) in enumerate(hypotheses, 1)
+        for number, (_, findings) in enumerate(hypotheses, 1)
         for finding in findings
     ]
-    return BenchTable(head, rows, texts=("", "cell", "against", "expected", "verdict"))
-
-
-def judgements(
-    hypotheses: Iterable[tuple[str, str, Sequence[ComparisonResult]]],
-) -> list[tuple[str, str]]:
-    """Return the sentence of each hypothesis, and whether it was right, wrong or is open."""
-    return [(says, judged(findings)) for _, says, findings in hypotheses]
+    return BenchTable(head, rows, texts=("", "cell", "against", "means", "expected", "verdict"))
 
 
 DETAILS: dict[str, Callable[[CellRuns], str]] = {
@@ -176,11 +189,14 @@ DETAILS: dict[str, Callable[[CellRuns], str]] = {
     "longest decision of the centre [ms]": lambda group: form(
         group.most("longest_decision_ms"), "{:.0f}"
     ),
+    "decision of the centre [ms], 99 %": lambda group: form(
+        group.mean("p99_decision_ms"), "{:.1f}"
+    ),
     "bytes per robot-second": lambda group: form(group.mean("bytes_per_robot_second"), "{:.0f}"),
 }
 COSTS = (
     "method", "per hour (95 %)", "stands", "worst robot by median", "decision µs",
-    "centre ms per robot-second", "longest decision of the centre [ms]", "bytes per robot-second",
+    "centre ms per robot-second", "decision of the centre [ms], 99 %", "bytes per robot-second",
 )  # fmt: skip
 
 
@@ -230,9 +246,9 @@ def kept(experiments: Experiments, lines: Lines) -> list[KeptShare]:
                 continue
             twins = lines.get((group.cell.twin, group.method), {})
             pairs = [(line, twins[line.seed]) for line in group.lines if line.seed in twins]
-            value = MEASURES["kept"].value
-            shares = [share for pair in pairs if (share := value(*pair)) is not None]
-            if shares:
+            throughput = [(line.per_hour or 0.0, twin.per_hour or 0.0) for line, twin in pairs]
+            if pairs:
+                shares = statistics.jackknifed_ratio(*zip(*throughput, strict=True))
                 rows.append(_kept(group, pairs, statistics.student_mean(shares)))
     return rows
 
@@ -280,30 +296,43 @@ def _seconds(value: float) -> str:
     return f"{value:.0f}" if math.isfinite(value) else "never"
 
 
-class Crossover(NamedTuple):
-    """The size from which the other side is ahead in a world."""
+class SizeVerdicts(NamedTuple):
+    """Verdicts on throughput in a world, by the number of robots."""
 
     world: str
-    at: Interval | None  # None if one side is ahead at all sizes
-    is_ours: bool  # whether ours is ahead from there on, or at all sizes
+    by_size: Mapping[int, Verdict]  # ascending
+
+    def sizes(self, verdict: Verdict) -> list[int]:
+        """Return the numbers of robots with a verdict."""
+        return [size for size, each in self.by_size.items() if each == verdict]
+
+    @property
+    def change(self) -> tuple[int, int] | None:
+        """Decided numbers of robots between which the sides change, once; None without that."""
+        decided = {size: each for size, each in self.by_size.items() if each in ("ahead", "behind")}
+        pairs = itertools.pairwise(decided.items())
+        changes = [(small, large) for (small, a), (large, b) in pairs if a != b]
+        return changes[0] if len(changes) == 1 else None
 
 
-def crossovers(experiments: Experiments, lines: Lines, other: str = CENTRE) -> list[Crossover]:
-    """Return where ours and a centre change sides, in worlds all of whose sizes had a look."""
-    rows: dict[str, dict[float, list[float]]] = {}
-    for experiment in experiments.values():
-        for cell in experiment.cells:
-            if measure_of(cell) == "throughput" and not (cell.lidar or cell.lanes):
-                ours, theirs = (lines.get((cell.name, method), {}) for method in (OURS, other))
-                rows.setdefault(Path(cell.scenario).stem, {})[cell.robots] = [
-                    (ours[seed].per_hour or 0.0) - (theirs[seed].per_hour or 0.0)
-                    for seed in sorted(ours.keys() & theirs.keys())
-                ]
-    return [
-        Crossover(world, change_of_sides(levels), sum(levels[max(levels)]) > 0.0)
-        for world, levels in rows.items()
-        if len(levels) > 1 and min(map(len, levels.values())) >= LOOKS[0]
-    ]
+def by_size(
+    experiments: Experiments, findings: Iterable[ComparisonResult], other: str = CENTRE
+) -> list[SizeVerdicts]:
+    """Return where ours are ahead of a centre in worlds without anything else."""
+    cells = {
+        cell.name: cell
+        for experiment in experiments.values()
+        for cell in experiment.cells
+        if measure_of(cell) == "throughput" and not (cell.lidar or cell.lanes)
+    }
+    worlds: dict[str, dict[int, Verdict]] = {}
+    for finding in findings:
+        each = finding.comparison
+        is_one = each.measure == "throughput" and each.samples[0][1] == OURS
+        if is_one and each.base_method == other and each.cell in cells:
+            cell = cells[each.cell]
+            worlds.setdefault(Path(cell.scenario).stem, {})[cell.robots] = finding.verdict
+    return [SizeVerdicts(world, dict(sorted(found.items()))) for world, found in worlds.items()]
 
 
 def sizes(found: Iterable[CellRuns]) -> dict[str, dict[str, dict[int, CellRuns]]]:

@@ -4,18 +4,26 @@ A comparison is looked at with 20, 30, ... 60 paired seeds. Each look has its ow
 of 5 %, so its interval is one of 99 %, and its p value counts five times before it is adjusted for
 all comparisons of the experiment (Holm). It ends where the interval lies within the smallest effect
 that matters (*equal*), or where it excludes zero and the adjusted p value is below 5 % (*ahead*,
-*behind*); with 60 seeds and neither it is *open*.
+*behind*), whatever later seeds say; with 60 seeds and neither it is *open*.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from swarm_bench.statistics import CONFIDENCE, Interval, holm, paired_mean, paired_shares
+from swarm_bench.statistics import (
+    CONFIDENCE,
+    Interval,
+    holm,
+    jackknifed_ratio,
+    paired_mean,
+    paired_shares,
+)
 from swarm_bench.study.experiments import (
     BUDGET,
     FIRST_SEED,
@@ -37,27 +45,29 @@ Lines = Mapping[Sample, Mapping[int, StudyLine]]  # by seed
 class StudyMeasure(NamedTuple):
     """A figure of a run by which methods are compared."""
 
-    value: Callable[[StudyLine, StudyLine | None], float | None]  # of a run and its twin
+    value: Callable[[StudyLine], float | None]
     sign: int  # 1 if more is better, else -1
     smallest: float  # effect that matters, as a share
-    unit: str  # of the figure
-    kind: Literal["relative", "share", "event"] = "relative"  # relative: shares of the larger mean
+    form: str  # of the figure
+    # relative: differences by the larger mean; kept: of shares of the twins; event: of shares
+    kind: Literal["relative", "kept", "event"] = "relative"
 
-
-def _kept(line: StudyLine, twin: StudyLine | None) -> float | None:
-    if twin is None or not twin.per_hour or line.per_hour is None:
-        return None
-    return line.per_hour / twin.per_hour
+    def figures(
+        self, side: Sequence[StudyLine], lines: Lines, twins: Mapping[str, str]
+    ) -> list[float | None]:
+        """Return the figure of each run; of what is kept, what each adds to it."""
+        if self.kind != "kept":
+            return [self.value(line) for line in side]
+        whole = [lines[twins[line.cell], line.method][line.seed].per_hour or 0.0 for line in side]
+        return [*jackknifed_ratio([line.per_hour or 0.0 for line in side], whole)]
 
 
 MEASURES = {
-    "throughput": StudyMeasure(lambda line, twin: line.per_hour, 1, 0.03, "1/h"),
-    "makespan": StudyMeasure(lambda line, twin: line.time, -1, 0.03, "s"),
-    "kept": StudyMeasure(_kept, 1, 0.03, "of the twin", "share"),
-    "success": StudyMeasure(
-        lambda line, twin: float(line.is_success), 1, 0.01, "of the runs", "event"
-    ),
-    "cost": StudyMeasure(lambda line, twin: line.tick_us_median, -1, 0.2, "µs"),
+    "throughput": StudyMeasure(lambda line: line.per_hour, 1, 0.03, "{:.0f}/h"),
+    "makespan": StudyMeasure(lambda line: line.time, -1, 0.03, "{:.0f} s"),
+    "kept": StudyMeasure(lambda line: line.per_hour, 1, 0.03, "{:.0%}", "kept"),
+    "success": StudyMeasure(lambda line: float(line.is_success), 1, 0.01, "{:.0%}", "event"),
+    "cost": StudyMeasure(lambda line: line.tick_us_median, -1, 0.2, "{:.0f} µs"),
 }
 
 
@@ -66,8 +76,10 @@ class ComparisonResult:
     """What is known of a comparison.
 
     Attributes:
-        pairs: Different pairs of runs at the last look.
+        look: Seeds at the look that decided it, else at the last one; 0 before the first.
+        pairs: Different pairs of runs at that look.
         repeated: Pairs left out, since both their trajectories came before.
+        means: Mean figure of each side.
         effect: How much better the first side is, as a share; positive is better.
         p: p value, adjusted for the number of looks; 1 before the first look.
         ended: Runs of each side that succeeded.
@@ -78,6 +90,7 @@ class ComparisonResult:
     look: int
     pairs: int
     repeated: int
+    means: tuple[float, float]
     effect: Interval
     p: float
     ended: tuple[int, int]
@@ -85,7 +98,7 @@ class ComparisonResult:
 
     @property
     def verdict(self) -> Verdict:
-        """Verdict at the last look."""
+        """Verdict at that look."""
         smallest = MEASURES[self.comparison.measure].smallest
         if self.pairs < LOOKS[0] or not self.effect.is_known:
             return "open"
@@ -94,6 +107,17 @@ class ComparisonResult:
         if self.adjusted < ERROR and self.effect.low > 0.0:
             return "ahead"
         return "behind" if self.adjusted < ERROR and self.effect.high < 0.0 else "open"
+
+    @property
+    def is_expected(self) -> bool:
+        """Whether the verdict is what the hypothesis says."""
+        expected = self.comparison.expected
+        return self.verdict in (("ahead", "equal") if expected == "not behind" else (expected,))
+
+    @property
+    def matters(self) -> bool:
+        """Whether the effect is one that matters."""
+        return abs(self.effect.estimate) >= MEASURES[self.comparison.measure].smallest
 
     @property
     def target(self) -> int:
@@ -134,12 +158,20 @@ def findings(
         twins: Name of the undisturbed cell by cell.
     """
     comparisons = experiment.all_comparisons(name)
-    looked = [_look(each, lines, twins) for each in comparisons]
-    adjusted = holm([finding.p for finding in looked])
-    return [
-        dataclasses.replace(finding, adjusted=p)
-        for finding, p in zip(looked, adjusted, strict=True)
-    ]
+    counts = [_paired_seeds(each, lines, twins) for each in comparisons]
+    found = [_at(each, 0, lines, twins) for each in comparisons]
+    for look in LOOKS:
+        due = [
+            index
+            for index, count in enumerate(counts)
+            if count >= look and found[index].verdict == "open"
+        ]
+        for index in due:
+            found[index] = _at(comparisons[index], look, lines, twins)
+        adjusted = holm([finding.p for finding in found])
+        for index in due:
+            found[index] = dataclasses.replace(found[index], adjusted=adjusted[index])
+    return found
 
 
 def needed(comparison: PairedComparison, twins: Mapping[str, str]) -> list[Sample]:
@@ -150,31 +182,41 @@ def needed(comparison: PairedComparison, twins: Mapping[str, str]) -> list[Sampl
     return samples
 
 
-def _look(comparison: PairedComparison, lines: Lines, twins: Mapping[str, str]) -> ComparisonResult:
-    """Return what is known of a comparison, not yet adjusted for the others."""
-    samples = needed(comparison, twins)
-    count = 0
-    while all(FIRST_SEED + count in lines.get(sample, {}) for sample in samples):
-        count += 1
-    look = max((each for each in LOOKS if each <= count), default=0)
-    measure, seen = MEASURES[comparison.measure], set[tuple[str, str]]()
-    pairs, ended, repeated = list[tuple[float, float]](), [0, 0], 0
+def _paired_seeds(comparison: PairedComparison, lines: Lines, twins: Mapping[str, str]) -> int:
+    """Return how many seeds from the first one on have all lines that a comparison needs."""
+    samples = [lines.get(sample, {}) for sample in needed(comparison, twins)]
+    seeds = itertools.count(FIRST_SEED)
+    return sum(1 for _ in itertools.takewhile(lambda s: all(s in own for own in samples), seeds))
+
+
+def _at(
+    comparison: PairedComparison, look: int, lines: Lines, twins: Mapping[str, str]
+) -> ComparisonResult:
+    """Return what is known of a comparison at a look, not yet adjusted for the others."""
+    seen, seeds = set[tuple[str, str]](), list[int]()
+    samples = [lines.get(sample, {}) for sample in comparison.samples]
     for seed in range(FIRST_SEED, FIRST_SEED + look):
-        sides = [lines[sample][seed] for sample in comparison.samples]
-        if (run := (sides[0].trajectory_sha256, sides[1].trajectory_sha256)) in seen:
-            repeated += 1
-            continue
+        run = (samples[0][seed].trajectory_sha256, samples[1][seed].trajectory_sha256)
+        if run not in seen:
+            seeds.append(seed)
         seen.add(run)
-        values = [
-            measure.value(line, lines.get((twins[line.cell], line.method), {}).get(seed))
-            for line in sides
-        ]
-        if values[0] is not None and values[1] is not None:
-            pairs.append((values[0], values[1]))
-            ended = [old + line.is_success for old, line in zip(ended, sides, strict=True)]
+    sides = [[sample[seed] for seed in seeds] for sample in samples]
+    measure = MEASURES[comparison.measure]
+    figures = [measure.figures(side, lines, twins) for side in sides]
+    pairs = [(a, b) for a, b in zip(*figures, strict=True) if a is not None and b is not None]
     effect, p = effect_of(pairs, measure)
-    p = min(1.0, len(LOOKS) * p)
-    return ComparisonResult(comparison, look, len(pairs), repeated, effect, p, (ended[0], ended[1]))
+    means = [math.fsum(side) / len(side) for side in zip(*pairs, strict=True)]
+    ended = [sum(line.is_success for line in side) for side in sides]
+    return ComparisonResult(
+        comparison=comparison,
+        look=look,
+        pairs=len(pairs),
+        repeated=look - len(seeds),
+        means=(means[0], means[1]) if means else (math.nan, math.nan),
+        effect=effect,
+        p=min(1.0, len(LOOKS) * p),
+        ended=(ended[0], ended[1]),
+    )
 
 
 def effect_of(
@@ -207,11 +249,14 @@ def twins_of(experiments: Experiments) -> dict[str, str]:
 
 
 def judged(hypothesis_findings: Sequence[ComparisonResult]) -> str:
-    """Return whether a hypothesis was right: in all comparisons; wrong if decided otherwise."""
-    if any(f.verdict not in ("open", f.comparison.expected) for f in hypothesis_findings):
-        return "wrong"
-    is_open = any(f.verdict == "open" for f in hypothesis_findings)
-    return "open" if is_open else "right"
+    """Return whether a hypothesis was right: as expected in all comparisons.
+
+    It was wrong if one is decided otherwise by as much as matters.
+    """
+    others = [f for f in hypothesis_findings if not f.is_expected]
+    if not others:
+        return "right"
+    return "wrong" if any(f.verdict != "open" and f.matters for f in others) else "open"
 
 
 def due_runs(
