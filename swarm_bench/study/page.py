@@ -40,9 +40,8 @@ All is simulated, in six worlds on flat floors. The same authors wrote both side
 on our rules for longer, in these halls. Ways of this centre lie on a lattice of four directions:
 the cells with four robots show what that alone costs it. The hall's lanes were learned with our
 robots, from its own orders on other seeds. The centre's computing takes no simulated time. The
-radio of orders is never split. No rule of ours is made for robots that neither hear nor see each
-other. A restricted mean ends where runs are stopped. The scale of a relative effect counts as
-known. Times of decisions are those of one machine with other work on it;
+radio of orders is never split. A restricted mean ends where runs are stopped. The scale of a
+relative effect counts as known. Times of decisions are those of one machine with other work on it;
 [performance](performance.md) has memory."""
 STYLE = (
     ":root{color-scheme:light dark}"

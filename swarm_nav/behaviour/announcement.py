@@ -10,6 +10,7 @@ from swarm_common.model.beacon import (
     FLAG_ACTIVE,
     FLAG_CIRCUIT,
     FLAG_DEAF,
+    FLAG_SPLIT,
     FLAG_STUCK,
     MODE_DONE,
     MODE_DRIVE,
@@ -53,6 +54,7 @@ def compose_beacon(parts: Parts, spec: RobotSpec) -> np.void:
     flags = FLAG_STUCK if d.right.is_stuck or not is_active else 0
     flags |= FLAG_CIRCUIT if d.holding.is_on_circuit else 0
     flags |= (FLAG_ACTIVE if is_active else 0) | (FLAG_DEAF if d.senses.is_deaf else 0)
+    flags |= FLAG_SPLIT if d.senses.is_split else 0
     target = d.holding.target or NOWHERE
     if is_yielding:
         x, y = s.tube.points[-1]

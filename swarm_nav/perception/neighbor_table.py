@@ -61,6 +61,7 @@ class NeighborTable:
         acks: (n,) tick of the newest of our beacons that each neighbour acknowledged; the present
             tick for neighbours that need not hear us.
         has_immovable: Whether any of the `immovable` ones is there.
+        hears_split: Whether any robot that is heard says that the radio is split.
         mean_trip: [ticks] from own beacons to their acknowledgements now, 0 if none counts.
         deaf_neighbor: Id of a near robot that does not hear this one, 0 if all do.
         largest_body: [m] circumscribed radius of the largest robot heard so far, 0 without any.
@@ -93,7 +94,7 @@ class NeighborTable:
         self._heard: NDArray[np.uint32] = np.zeros(HEARD_ENTRIES, np.uint32)
         self._heard_tick = -1  # of `_heard`
         self._is_pushed = False  # whether anybody says to be blocked by this robot
-        self.has_immovable = False
+        self.has_immovable = self.hears_split = False
         self.mean_trip = 0.0
         self.deaf_neighbor = 0
         self.largest_body = 0.0
@@ -153,7 +154,7 @@ class NeighborTable:
         if most > len(self._words):
             self._allocate(2 * most)
         rest = (self._columns, tick, self._limits, self._heard, (self._left, self._left_count))
-        found = (self._count, 0, False, False, False, 0.0)
+        found = (self._count, 0, False, False, False, False, 0.0)
         for reception, (x, y) in inbox:
             heard = (reception.words, reception.rows)
             own = (x, y, self._own_id, self._limits[0])
@@ -165,7 +166,7 @@ class NeighborTable:
                 words, notes, links, self._count, self._air, self._own_id, *rest
             )
         count, self.deaf_neighbor, self._is_pushed, self._has_silent = found[:4]
-        self.has_immovable, self.mean_trip = found[4:]
+        self.has_immovable, self.hears_split, self.mean_trip = found[4:]
         self._heard_tick = tick
         is_larger = False
         if count != self._count or self._is_new:
@@ -232,6 +233,18 @@ class NeighborTable:
         """Robots that cannot be pushed: gone ones and those with an inactive navigator."""
         is_inactive: NDArray[np.bool_] = (self.heads["flags"] & FLAG_ACTIVE) == 0
         return self.gone | is_inactive
+
+    def silenced(self, since: int) -> list[int]:
+        """Return the ids of near robots that fell silent in the last ticks.
+
+        Args:
+            since: [ticks]
+        """
+        if not self._has_silent:
+            return []
+        is_new = self.gone & (self.ages <= self._limits[0] + since)
+        found: list[int] = self.ids[is_new].tolist()
+        return found
 
     def masks(
         self, x: float, y: float, reach: float, margin: float

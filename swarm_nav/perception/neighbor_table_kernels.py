@@ -25,7 +25,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.model.beacon import FLAG_ACTIVE, FLAG_DEAF, FLAG_LEFT, HEARD_ENTRIES, word_of
+from swarm_common.model.beacon import (
+    FLAG_ACTIVE,
+    FLAG_DEAF,
+    FLAG_LEFT,
+    FLAG_SPLIT,
+    HEARD_ENTRIES,
+    word_of,
+)
 from swarm_common.model.records import FloatArray, Mask
 from swarm_common.process.numba_compat import njit
 from swarm_nav.core.rank import DEPTH_BITS, ID_MASK, TOP_DEPTH, outranks
@@ -224,7 +231,7 @@ def receive_batch(
     limits: tuple[int, float, tuple[int, float, int]],
     out: Words,
     left: tuple[Words, Ints],
-) -> tuple[int, int, bool, bool, bool, float]:
+) -> tuple[int, int, bool, bool, bool, bool, float]:
     """Compute `merge` and `refresh` in one call, as almost every tick needs both.
 
     Args:
@@ -278,7 +285,7 @@ def refresh(
     limits: tuple[int, float, tuple[int, float, int]],
     out: Words,
     left: tuple[Words, Ints],
-) -> tuple[int, int, bool, bool, bool, float]:
+) -> tuple[int, int, bool, bool, bool, bool, float]:
     """Remove the rows of robots that may have left, and compute the columns of the others.
 
     A robot that has been silent for more than lost_ticks may have left if it was heard beyond the
@@ -293,7 +300,8 @@ def refresh(
 
     Returns:
         Number of rows, id as of `deaf_neighbor`, whether any robot says that we block it, whether
-        any is silent, whether any is silent or inactive, and the mean round trip [ticks].
+        any is silent, whether any is silent or inactive, whether any that is heard says that the
+        radio is split, and the mean round trip [ticks].
     """
     ids, ages, gone, priorities, acks = columns
     lost_ticks, edge, unheard = limits
@@ -301,6 +309,7 @@ def refresh(
     is_pushed = False
     has_silent = False
     is_any_inactive = False
+    hears_split = False
     for row in range(count):
         age = tick - np.int64(words[row, TICK])
         if age > lost_ticks:
@@ -323,6 +332,7 @@ def refresh(
         )
         is_pushed |= words[kept, BLOCKED_BY] == own_id
         is_any_inactive |= words[kept, FLAGS] & np.uint32(FLAG_ACTIVE) == 0
+        hears_split |= not gone[kept] and words[kept, FLAGS] & np.uint32(FLAG_SPLIT) > 0
         is_deaf = words[kept, FLAGS] & np.uint32(FLAG_DEAF)
         entry = links[kept, HEARD_OURS]
         if gone[kept] or is_deaf:
@@ -333,7 +343,8 @@ def refresh(
     acknowledge(words, notes, kept, tick, out)
     deaf = deaf_neighbor(ids[:kept], acks, notes, tick, unheard)
     trip = mean_trip(acks[:kept], tick)
-    return kept, deaf, is_pushed, has_silent, has_silent or is_any_inactive, trip
+    is_any_immovable = has_silent or is_any_inactive
+    return kept, deaf, is_pushed, has_silent, is_any_immovable, hears_split, trip
 
 
 @njit(cache=True)

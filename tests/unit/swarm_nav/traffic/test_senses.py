@@ -1,13 +1,14 @@
 """The senses: when there is enough to drive on, and when to listen anew."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
-from swarm_common.model.beacon import BEACON_DTYPE, reception_of
+from swarm_common.model.beacon import BEACON_DTYPE, FLAG_ACTIVE, FLAG_SPLIT, reception_of
 from swarm_common.model.records import Pose, Scan
-from swarm_nav.traffic.senses import Senses
+from swarm_nav.traffic.senses import SPLIT, SPLIT_PATIENCE, Senses
 from tests.fakes.navigation import robot_in, room
 
 NOBODY = np.zeros(0, BEACON_DTYPE)
@@ -70,3 +71,70 @@ def test_a_lost_robot_or_one_without_a_scan_stands():
     senses.on_reception(reception_of(NOBODY))
     assert not senses.update(is_lost=True)
     assert senses.missing == "stands: lost"
+
+
+OWN_ID = 1
+
+
+def batch(tick, *robots, flags=FLAG_ACTIVE):
+    """Return what is heard of robots that stand around (4, 4)."""
+    beacons = np.zeros(len(robots), BEACON_DTYPE)
+    for beacon, robot in zip(beacons, robots, strict=True):
+        beacon["id"], beacon["tick"], beacon["radius"], beacon["flags"] = robot, tick, 0.3, flags
+        beacon["pose"] = (4.0 + 0.7 * (robot - 2), 5.5, 0.0)
+        beacon["held_size"], beacon["held"][0] = 1, beacon["pose"][:2]
+        beacon["heard"][0] = (OWN_ID << 16) | (tick - 1)
+    return reception_of(beacons)
+
+
+def hear(s, senses, ticks, *robots, **said):
+    """Let robots be heard for some ticks; return what is missing then."""
+    for _ in range(ticks):
+        s.tick += 1
+        senses.on_reception(batch(s.tick, *robots, **said))
+        s.neighbors.refresh(s.tick)
+        senses.update()
+    return senses.missing
+
+
+def blind_robot():
+    s, senses = robot()
+    s.config = dataclasses.replace(
+        s.config, costmap=dataclasses.replace(s.config.costmap, scan_timeout=0.0)
+    )
+    return s, senses
+
+
+def test_who_sees_nothing_stands_when_several_fall_silent_at_once():
+    """A radio that was split left both sides driving: 81 contacts of 16 robots in three runs."""
+    s, senses = blind_robot()
+    lost = s.config.traffic.lost_ticks
+    assert hear(s, senses, 30, 2, 3, 4) == ""
+    assert hear(s, senses, lost + 1, 4) == SPLIT
+    assert hear(s, senses, 300, 4) == SPLIT
+    assert hear(s, senses, 1, 3, 4) == ""  # the radio is back
+
+
+def test_those_that_stay_silent_count_as_dead_in_the_end():
+    s, senses = blind_robot()
+    hear(s, senses, 30, 2, 3)
+    assert hear(s, senses, SPLIT_PATIENCE) == SPLIT
+    assert hear(s, senses, 40) == ""
+
+
+def test_one_that_falls_silent_or_robots_that_a_lidar_sees_hold_nobody_up():
+    s, senses = blind_robot()
+    hear(s, senses, 30, 2, 3, 4)
+    assert hear(s, senses, 40, 3, 4) == ""
+    assert hear(s, senses, 40, 4) == ""  # not at once
+    s, senses = blind_robot()
+    senses.on_scan(scan(s.tick))
+    hear(s, senses, 30, 2, 3)
+    assert hear(s, senses, 40) == ""
+
+
+def test_who_sees_nothing_stands_while_one_that_it_hears_says_that_the_radio_is_split():
+    s, senses = blind_robot()
+    assert hear(s, senses, 5, 2, flags=FLAG_ACTIVE | FLAG_SPLIT) == SPLIT
+    assert not senses.is_split  # it passes on only what it noticed itself: else it never ended
+    assert hear(s, senses, 1, 2) == ""
