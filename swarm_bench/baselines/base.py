@@ -12,6 +12,7 @@ from swarm_common.model.grid import Grid
 from swarm_common.model.records import (
     CONTROL_PERIOD,
     FloatArray,
+    Odometry,
     Pose,
     RobotSpec,
     Scan,
@@ -59,7 +60,8 @@ class Baseline(PlainBrain, ABC):
         """Stand at a pose without a goal; arguments as of `Brain`."""
         super().__init__(config, spec, grid, robot_id, initial_pose_map)
         self.radius = spec.circumscribed_radius
-        self.others = Others()
+        self._others: Others | None = None  # of this tick, once somebody asked
+        self._pose = initial_pose_map
         self.obstacles = ObstacleLayer(config.costmap, spec.lidar)
         self._turner = Controller(config.controller)
         self._pending: Goal | None = None
@@ -71,7 +73,14 @@ class Baseline(PlainBrain, ABC):
     @property
     def pose(self) -> Pose:
         """Estimated pose in map."""
-        return self.pose_map
+        return self._pose
+
+    @property
+    def others(self) -> Others:
+        """The other robots heard."""
+        if self._others is None:
+            self._others = _others(self.neighbors)
+        return self._others
 
     @property
     def is_standing(self) -> bool:
@@ -104,6 +113,11 @@ class Baseline(PlainBrain, ABC):
     def rest(self) -> Twist:
         """Return the twist without a goal."""
 
+    def on_odom(self, odom: Odometry) -> None:
+        """Receive the odometry of this tick."""
+        super().on_odom(odom)
+        self._pose = self.pose_map
+
     def on_scan(self, scan: Scan) -> None:
         """Receive a scan: mark hits that are neither walls nor known robots.
 
@@ -135,7 +149,7 @@ class Baseline(PlainBrain, ABC):
         """
         self.tick_now = tick
         self.neighbors.refresh(tick)
-        self.others = _others(self.neighbors)
+        self._others = None
         self._begin_pending()
         twist = self._decide()
         events, self._events = tuple(self._events), []

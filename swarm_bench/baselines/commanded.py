@@ -11,8 +11,9 @@ import numpy as np
 
 from swarm_bench.baselines.base import Baseline
 from swarm_central.team import RobotReport, TeamOrder
+from swarm_common.model.beacon import Reception
 from swarm_common.model.central import places_seen
-from swarm_common.model.records import Pose, Twist, wrap_angle
+from swarm_common.model.records import Pose, Scan, Twist, wrap_angle
 from swarm_nav.control.controller import rate_that_stops
 
 REACHED = 0.03  # [m] from a point at which it is left behind
@@ -34,9 +35,20 @@ class CommandedDriver(Baseline):
         self._passed = 1  # number of points left behind: the next one's index
         self._last = 0  # index of the point to stop at
         self._heard = 0
+        self._has_scans = False
 
     def begin(self, target: Pose) -> None:
         """Nothing to do: the centre plans."""
+
+    def on_scan(self, scan: Scan) -> None:
+        """Receive a scan."""
+        self._has_scans = True
+        super().on_scan(scan)
+
+    def on_reception(self, reception: Reception) -> None:
+        """Receive what is overheard of the others; only who sees needs it."""
+        if self._has_scans:
+            super().on_reception(reception)
 
     def take_order(self, order: TeamOrder) -> None:
         """Receive an order; ignore it if a newer one came first."""
@@ -95,6 +107,8 @@ class CommandedDriver(Baseline):
 
     def _clear_ahead(self) -> float:
         """Return the way [m] straight ahead to what the LiDAR sees in it; inf if that is free."""
+        if len(self.obstacles.points) == 0:
+            return math.inf
         marks = self.obstacles.points - (self.pose.x, self.pose.y)
         cos, sin = math.cos(self.pose.yaw), math.sin(self.pose.yaw)
         ahead, beside = marks @ (cos, sin), np.abs(marks @ (-sin, cos))

@@ -42,7 +42,11 @@ def make_orders(
     )
     robots = [OrderSenses(driver, ways) for driver in drivers]
     senses = [
-        BidSenses(robot.way_to, spec.max_vel_x, robot.charge, robot.reach, way_between=ways.between)
+        BidSenses(robot.way_to, spec.max_vel_x, way_between=ways.between)
+        if spec.battery is None
+        else BidSenses(
+            robot.way_to, spec.max_vel_x, robot.charge, robot.reach, way_between=ways.between
+        )
         for robot, spec in zip(robots, specs, strict=True)
     ]
     return BenchOrders(run, robots, dict(zip(homes, senses, strict=True)))

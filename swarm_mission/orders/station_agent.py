@@ -126,8 +126,9 @@ class StationAgent:
         self._now = tick
         self._take_new(tick)
         for entry in self._open.values():
-            self._watch(entry, tick)
-            if entry.state is OrderState.OPEN:
+            if entry.state is not OrderState.OPEN:
+                self._watch(entry, tick)
+            if entry.state is OrderState.OPEN and (entry.bids or self._awaits_dispatcher):
                 self._grant(entry, tick)
             if entry.state is OrderState.GRANTED:
                 self._repeat_grant(entry, tick)

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarm_common.model.battery import BatteryReading
 from swarm_common.model.beacon import (
@@ -270,6 +271,12 @@ def plain_beacon(
     beacon["target"] = beacon["station"] = (math.nan, math.nan)
     beacon["held"][0] = (pose_map.x, pose_map.y)
     beacon["held_size"] = 1
-    footprint = padded(np.array(spec.footprint), FOOTPRINT_POINTS)
-    beacon["footprint"], beacon["footprint_size"] = footprint
+    beacon["footprint"], beacon["footprint_size"] = _padded_footprint(spec.footprint)
     return beacon
+
+
+@functools.lru_cache(maxsize=64)
+def _padded_footprint(
+    footprint: tuple[tuple[float, float], ...],
+) -> tuple[NDArray[np.float32], int]:
+    return padded(np.array(footprint), FOOTPRINT_POINTS)
