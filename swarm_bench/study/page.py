@@ -30,11 +30,11 @@ QUESTION = (
 )
 HOW = """\
 Both sides share robots, starts, orders and noise, seed by seed. Hypotheses, cells and rules are
-[written down](../study/protocol.md) before the runs; what is marked was expected after runs of
-development. *Better* is ours against the other side: of throughput and of the restricted mean time
-of jobs with an end, a share of the larger mean; of what is kept of an undisturbed twin's throughput
-and of successful runs, percentage points. Intervals and p values stand for all looks, p values for
-all comparisons of an experiment, too. *Equal* is less than 3 % (success: 1 %, cost: 20 %)."""
+[written down](../study/protocol.md) before the runs, those with † after runs of development.
+*Better* is ours against the other side: of throughput and restricted mean time a share of the
+larger mean; of what is kept of an undisturbed twin's throughput and of successful runs, percentage
+points. Intervals and p values stand for all looks, p values for all comparisons of an experiment,
+too. *Equal* is less than 3 % (success: 1 %, cost: 20 %)."""
 THREATS = """\
 All is simulated, in six worlds on flat floors. The same authors wrote both sides, and have worked
 on our rules for longer, in these halls. Ways of this centre lie on a lattice of four directions:
@@ -148,7 +148,7 @@ def markdown(study: StudyState, stem: str, command: str) -> str:
         *(["## In the hall", tables.costs(hall).markdown().rstrip()] if hall else []),
         "## Limits", f"{THREATS} {' '.join(_limits(study))}",
         f"{tuned_text(study.settings)} Written by `{command}` from {len(study.runs)} lines "
-        f"of edition {study.edition or 'none'}; study/study.html has every column.",
+        f"of edition `{study.edition or 'none'}`; study/study.html has every column.",
     ]  # fmt: skip
     return "\n\n".join(parts) + "\n"
 

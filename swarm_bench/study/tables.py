@@ -114,7 +114,7 @@ MORE: dict[str, Callable[[ComparisonResult], str]] = {
 def means_text(finding: ComparisonResult) -> str:
     """Return the mean of both sides."""
     form = MEASURES[finding.comparison.measure].form
-    return " | ".join(form.format(mean) for mean in finding.means) if finding.pairs else NONE
+    return ", ".join(form.format(mean) for mean in finding.means) if finding.pairs else NONE
 
 
 def other_of(finding: ComparisonResult) -> str:
@@ -144,8 +144,8 @@ def by_hypothesis(
 
 
 def sentence(said: Hypothesis) -> str:
-    """Return what a hypothesis says, and whether runs of development had been seen."""
-    return f"{said.says} (after {said.since})" if said.since else said.says
+    """Return what a hypothesis says, marked if runs of development had been seen."""
+    return f"{said.says}†" if said.since else said.says
 
 
 def verdicts(
