@@ -39,8 +39,8 @@ RUNS: dict[str, dict[str, Any]] = yaml.safe_load(
 MASKED = frozenset(
     {
         "wall_time", "real_time_factor", "active_after_wall", "tick_us_median", "tick_us_p99",
-        "cpu_ms_per_robot_second", "longest_decision_ms", "memory_mb", "private_mb", "rss_mb",
-        "origin",
+        "cpu_ms_per_robot_second", "longest_decision_ms", "p99_decision_ms", "memory_mb",
+        "private_mb", "rss_mb", "origin",
     }
 )  # fmt: skip
 # Put together from status messages on the graph, as these come: not even its keys count.
