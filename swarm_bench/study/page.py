@@ -147,8 +147,8 @@ def markdown(study: StudyState, stem: str, command: str) -> str:
         "## Comparisons", tables.verdicts(hypotheses).markdown().rstrip(),
         *(["## In the hall", tables.costs(hall).markdown().rstrip()] if hall else []),
         "## Limits", f"{THREATS} {' '.join(_limits(study))}",
-        f"{tuned_text(study.settings)} Written by `{command}` from {len(study.runs)} lines "
-        f"of edition `{study.edition or 'none'}`; study/study.html has every column.",
+        f"{tuned_text(study.settings)} Written by `{command}` from {len(study.runs)} lines; "
+        "study/study.html has every column, and their edition.",
     ]  # fmt: skip
     return "\n\n".join(parts) + "\n"
 

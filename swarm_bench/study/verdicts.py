@@ -59,7 +59,7 @@ class StudyMeasure(NamedTuple):
         if self.kind != "kept":
             return [self.value(line) for line in side]
         whole = [lines[twins[line.cell], line.method][line.seed].per_hour or 0.0 for line in side]
-        return [*jackknifed_ratio([line.per_hour or 0.0 for line in side], whole)]
+        return [*jackknifed_ratio([self.value(line) or 0.0 for line in side], whole)]
 
 
 MEASURES = {

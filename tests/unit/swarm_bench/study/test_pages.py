@@ -40,7 +40,7 @@ def test_a_study_without_lines_says_so(experiments):
     assert "not run" in html
     assert "No comparison with the centre (central-mapf) is decided yet." in html
     assert "1.000" not in text + html
-    assert "of edition `none`" in text
+    assert "Edition none." in html
     assert all(ET.fromstring(svg) is not None for svg in page.pictures(found).values())
 
 
