@@ -193,7 +193,8 @@ class _Work:
 
     def run(self, console: Console, name: str, seconds: float, most: int | None) -> None:
         """Make the runs that are due, then those that are due then, up to a time or a number."""
-        _refuse_others(self.lines, self.store)
+        if most != 0:  # else pages are written only
+            _refuse_others(self.lines, self.store)
         end, failed = time.monotonic() + seconds, set[tuple[object, ...]]()
         left = math.inf if most is None else most
         with executor(self.jobs, self.cluster, apart=True) as computing:
