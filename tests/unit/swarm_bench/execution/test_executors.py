@@ -2,11 +2,9 @@
 
 import dataclasses
 import os
-import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 from rich.console import Console
@@ -22,6 +20,7 @@ from swarm_bench.runs.scenario import Scenario
 from swarm_bench.suite.sweep import RunSweep
 from swarm_common.model.errors import ConfigError
 from swarm_run.record.run_record import RunRecord
+from tests.fakes.tasks import die, die_once, fail, own_pid
 
 QUIET = Console(quiet=True)
 POLITE = '''
@@ -38,22 +37,6 @@ class Slow(Baseline):
 '''
 
 
-def die_once(path):
-    """Die where no process has died yet."""
-    if not Path(path).exists():
-        Path(path).touch()
-        os.kill(os.getpid(), signal.SIGKILL)
-    return path
-
-
-def die(_):
-    os.kill(os.getpid(), signal.SIGKILL)
-
-
-def fail(_):
-    raise ZeroDivisionError("no")
-
-
 def test_a_run_whose_process_dies_is_repeated_and_stops_nobody(tmp_path):
     local = LocalExecutor(2)
     paths = [str(tmp_path / "a"), str(tmp_path / "b"), str(tmp_path)]
@@ -62,12 +45,8 @@ def test_a_run_whose_process_dies_is_repeated_and_stops_nobody(tmp_path):
     assert {item.error for item in local.run(die, [0], None)} == {DIED}
     assert {item.error for item in LocalExecutor(apart=True).run(die, [0], None)} == {DIED}
     (failed,) = local.run(fail, [0], None)
-    assert failed.error.startswith("ZeroDivisionError: no (test_executors.py, line ")
+    assert failed.error.startswith("ZeroDivisionError: no (tasks.py, line ")
     local.close()
-
-
-def own_pid(_):
-    return os.getpid()
 
 
 def test_a_process_makes_room_for_a_new_one(monkeypatch):

@@ -177,7 +177,8 @@ line = st.builds(
 )  # fmt: skip
 neighbor = st.builds(
     oracle.Other,
-    id=st.integers(1, 9), age=st.integers(1, 16), is_gone=st.booleans(),
+    id=st.sampled_from([one for one in range(1, 10) if one != OWN_ID]),
+    age=st.integers(1, 16), is_gone=st.booleans(),
     priority=st.integers(1, 4), radius=st.just(RADIUS), blocked=st.integers(0, 5),
     held=line, wanted=st.one_of(st.just([]), line), intent=line, acknowledged=st.integers(0, 15),
 )  # fmt: skip
