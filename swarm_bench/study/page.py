@@ -11,7 +11,7 @@ from swarm_bench.runs.methods import METHODS
 from swarm_bench.statistics import bound_of_zero, wilson
 from swarm_bench.study import figures, tables
 from swarm_bench.study.experiments import Experiments, Hypothesis
-from swarm_bench.study.tables import CENTRE, CellRuns, KeptShare, percent
+from swarm_bench.study.tables import CENTRE, CellRuns, KeptShare
 from swarm_bench.study.trials.cell import Settings, settings_text
 from swarm_bench.study.trials.line import StudyLine
 from swarm_bench.study.verdicts import (
@@ -54,7 +54,6 @@ HEAD = (
     '<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content="width='
     f'device-width"><title>{TITLE}</title><style>{STYLE}</style>'
 )
-MOST_NAMED = 3  # cells in a sentence
 
 
 @dataclass(slots=True)
@@ -142,7 +141,8 @@ def markdown(study: StudyState, stem: str, command: str) -> str:
         for number, (said, found) in enumerate(hypotheses, 1)
     ]
     parts = [
-        f"# {TITLE}", QUESTION, " ".join(_answer(study)), HOW, *shown,
+        f"# {TITLE}", QUESTION, " ".join(_answer(study)), *filter(None, [_touches(study)]), HOW,
+        *shown,
         "## Expected", "\n".join(judged_ones),
         "## Comparisons", tables.verdicts(hypotheses).markdown().rstrip(),
         *(["## In the hall", tables.costs(hall).markdown().rstrip()] if hall else []),
@@ -158,6 +158,7 @@ def page(study: StudyState) -> str:
     parts = [
         HEAD,
         f"<h1>{TITLE}</h1><p>{QUESTION}</p><p><b>{html.escape(' '.join(_answer(study)))}</b></p>",
+        f"<p>{html.escape(_touches(study))}</p>",
         "<h2>Comparisons</h2>",
         tables.verdicts(study.hypotheses, tables.MORE).html(),
     ]
@@ -212,35 +213,49 @@ def _answer(study: StudyState) -> Iterator[str]:
     if counts["open"] == len(against):
         yield f"No comparison with the centre ({CENTRE}) is decided yet."
     else:
+        is_mixed = counts["ahead"] and counts["behind"]
         yield (
-            f"Of {len(against)} comparisons with the centre that plans for all robots ({CENTRE}), "
-            f"our rules are ahead in {counts['ahead']}, behind in {counts['behind']}, equal in "
-            f"{counts['equal']}; {counts['open']} are open."
+            f"{'Neither is better everywhere: of' if is_mixed else 'Of'} {len(against)} comparisons"
+            f" with the centre that plans for all robots ({CENTRE}), our rules are ahead in "
+            f"{counts['ahead']}, behind in {counts['behind']}, equal in {counts['equal']}; "
+            f"{counts['open']} are open."
         )
-    for found in tables.by_size(study.experiments, findings):
-        yield from _in_world(found)
-    for measure, words in (("throughput", "throughput"), ("makespan", "time")):
-        for side, sign in (("ahead", -1.0), ("behind", 1.0)):
-            most = sorted(
-                (f for f in against if (f.verdict, f.comparison.measure) == (side, measure)),
-                key=lambda each: sign * each.effect.estimate,
-            )
-            if most:
-                names = "; ".join(
-                    f"{each.comparison.cell} {percent(each.effect)} %" for each in most[:MOST_NAMED]
-                )
-                yield f"In {words} they are furthest {side} in {names}."
+    yield from _by_world(tables.by_size(study.experiments, findings))
+    ranges = [
+        f"in {words} {_range(decided)}"
+        for measure, words in (("throughput", "throughput"), ("makespan", "time"))
+        if (decided := [each for each in against if _is_decided(each, measure)])
+    ]
+    if ranges:
+        yield f"Where they are ahead or behind, the difference is {', '.join(ranges)}."
     results = Counter(judged(found) for _, found in study.hypotheses)
     yield (
         f"Of {sum(results.values())} expectations {results['right']} were right, "
         f"{results['wrong']} wrong, {results['open']} are open."
     )
+
+
+def _is_decided(finding: ComparisonResult, measure: str) -> bool:
+    is_one = finding.comparison.measure == measure
+    return is_one and finding.verdict in ("ahead", "behind")
+
+
+def _range(findings: Sequence[ComparisonResult]) -> str:
+    """Return the smallest and the largest effect, each with its cell."""
+    ordered = sorted(findings, key=lambda each: each.effect.estimate)
+    ends = ordered if len(ordered) == 1 else (ordered[0], ordered[-1])
+    return " to ".join(
+        f"{100.0 * each.effect.estimate:+.0f} % ({each.comparison.cell})" for each in ends
+    )
+
+
+def _touches(study: StudyState) -> str:
+    """Return the sentence on contacts; empty without lines."""
     by_method: dict[str, list[StudyLine]] = {}
     for line in study.runs:
         by_method.setdefault(line.method, []).append(line)
     texts = [_contacts(method, by_method[method]) for method in METHODS if method in by_method]
-    if texts:
-        yield f"Contacts: {'; '.join(texts)}."
+    return f"Contacts: {'; '.join(texts)}." if texts else ""
 
 
 def _contacts(method: str, lines: Sequence[StudyLine]) -> str:
@@ -267,18 +282,23 @@ def _contacts(method: str, lines: Sequence[StudyLine]) -> str:
     return f"{method} {', '.join(texts)}"
 
 
-def _in_world(found: tables.SizeVerdicts) -> Iterator[str]:
-    """Yield with how many robots which side has more throughput in a world, if any is decided."""
-    parts = [
-        f"{side} with {', '.join(map(str, sizes))}"
-        for side in ("ahead", "equal", "behind")
-        if (sizes := found.sizes(side))
-    ]
-    if not parts:
-        return
-    change = found.change
-    told = f": the sides change between {change[0]} and {change[1]} robots" if change else ""
-    yield f"In {found.world} they are {', '.join(parts)} robots{told}."
+def _by_world(found: Sequence[tables.SizeVerdicts]) -> Iterator[str]:
+    """Yield in which worlds and with how many robots a side has more throughput."""
+    parts = []
+    for side in ("ahead", "equal", "behind"):
+        worlds = [
+            f"{each.world} with {', '.join(map(str, sizes))}"
+            for each in found
+            if (sizes := each.sizes(side))
+        ]
+        if worlds:
+            parts.append(f"{side} in {', in '.join(worlds)} robots")
+    if parts:
+        yield f"Undisturbed and without end they are {'; '.join(parts)}."
+    for each in found:
+        if each.change:
+            small, large = each.change
+            yield f"In {each.world} the sides change between {small} and {large} robots."
 
 
 def _limits(study: StudyState) -> Iterator[str]:
