@@ -141,8 +141,7 @@ def markdown(study: StudyState, stem: str, command: str) -> str:
         for number, (said, found) in enumerate(hypotheses, 1)
     ]
     parts = [
-        f"# {TITLE}", QUESTION, " ".join(_answer(study)), *filter(None, [_touches(study)]), HOW,
-        *shown,
+        f"# {TITLE}", QUESTION, " ".join(_answer(study)), _touches(study), HOW, *shown,
         "## Expected", "\n".join(judged_ones),
         "## Comparisons", tables.verdicts(hypotheses).markdown().rstrip(),
         *(["## In the hall", tables.costs(hall).markdown().rstrip()] if hall else []),
@@ -150,7 +149,7 @@ def markdown(study: StudyState, stem: str, command: str) -> str:
         f"{tuned_text(study.settings)} Written by `{command}` from {len(study.runs)} lines; "
         "study/study.html has every column, and their edition.",
     ]  # fmt: skip
-    return "\n\n".join(parts) + "\n"
+    return "\n\n".join(filter(None, parts)) + "\n"
 
 
 def page(study: StudyState) -> str:
@@ -221,10 +220,11 @@ def _answer(study: StudyState) -> Iterator[str]:
             f"{counts['open']} are open."
         )
     yield from _by_world(tables.by_size(study.experiments, findings))
+    differing = [each for each in against if each.verdict in ("ahead", "behind")]
     ranges = [
-        f"in {words} {_range(decided)}"
+        f"in {words} {_range(found)}"
         for measure, words in (("throughput", "throughput"), ("makespan", "time"))
-        if (decided := [each for each in against if _is_decided(each, measure)])
+        if (found := [each for each in differing if each.comparison.measure == measure])
     ]
     if ranges:
         yield f"Where they are ahead or behind, the difference is {', '.join(ranges)}."
@@ -233,11 +233,6 @@ def _answer(study: StudyState) -> Iterator[str]:
         f"Of {sum(results.values())} expectations {results['right']} were right, "
         f"{results['wrong']} wrong, {results['open']} are open."
     )
-
-
-def _is_decided(finding: ComparisonResult, measure: str) -> bool:
-    is_one = finding.comparison.measure == measure
-    return is_one and finding.verdict in ("ahead", "behind")
 
 
 def _range(findings: Sequence[ComparisonResult]) -> str:
