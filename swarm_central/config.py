@@ -10,9 +10,10 @@ from msgspec import Meta
 
 from swarm_common.files.convert import convert
 from swarm_common.model.errors import ConfigError
-from swarm_common.model.schema import Count, NotNegative, Share, check_fields
+from swarm_common.model.schema import Count, NotNegative, check_fields
 
 Planner = Literal["pibt", "lacam"]
+ReleasedShare = Annotated[float, Meta(ge=0.0, le=1.0)]
 SolverTime = Annotated[float, Meta(gt=0.0, le=600.0)]
 
 
@@ -34,7 +35,7 @@ class CentralConfig:
     solver_time: SolverTime = 1.0  # [s] of wall time for a plan; it is killed 10 s after that
     patience: int = 30  # ticks after which a robot that is not heard counts as standing for ever
     # Robots that go for their goals at once, by the roadmap's vertices; the others make way.
-    released_share: Share = 0.06
+    released_share: ReleasedShare = 0.06
     most_queued: Count = 10  # of these, at most, go for the same place
     most_age: float = 240.0  # [s] after which a goal counts before all nearer ones
 

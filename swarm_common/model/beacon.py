@@ -34,8 +34,8 @@ FLAG_STUCK = 1
 FLAG_ACTIVE = 2  # the navigator is active (lifecycle)
 FLAG_CIRCUIT = 4  # driving the holding circuit
 FLAG_DEAF = 8  # stands because it hears nothing; it listens again before it claims space
-FLAG_SPLIT = 32  # stands because several robots near it fell silent at once
 FLAG_LEFT = 16  # was taken out of the world, says the radio: it holds nothing, forget it
+FLAG_SPLIT = 32  # stands because several robots near it fell silent at once
 
 BEACON_DTYPE = np.dtype(
     [

@@ -93,7 +93,7 @@ def _localise(navigator: Navigator) -> None:
         navigator.on_scan(Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, np.full(360, 1.0, np.float32)))
     navigator.services.particles()
     s = navigator._s
-    tube_kernels.first_overlap(s.tube.points, 0, 0, s.radius, 0.0, s.neighbors.columns())
+    tube_kernels.first_overlap(s.tube.points, 0, 0, s.radius, 0.0, s.neighbors.claims())
 
 
 def _fall_silent(navigator: Navigator) -> None:

@@ -13,7 +13,7 @@ Args of more than one kernel:
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,14 +31,12 @@ from swarm_nav.perception.neighbor_table_kernels import (
     SOURCE,
     WANTED,
     WANTED_SIZE,
-    Columns,
 )
 
 INTENT = word_of("intent")
 INTENT_SIZE = word_of("intent_size")
 REACHED, UNCONFIRMED, ROBOT, OBSTACLE, RIGHT_OF_WAY = range(5)
 REASONABLE_REACH = 2.5  # [m] beyond which two claims cannot meet, radii excepted
-LONGEST_TUBE = 2.5  # [m] of path beyond which nothing of a tube lies
 PRIORITY_LENGTH = 0.8  # [m] of an entitled robot's path that lower ones keep free
 INTENT_SPACING = 0.1  # [m] between the points of an intent
 ROUNDING = 1e-6  # [m] by which two robots may compute one distance differently
@@ -291,44 +289,41 @@ def extend(points, span, own, own_held, own_held_size, requests, protocol, aroun
 
 
 @njit(cache=True)
-def first_overlap(
-    points: NDArray[np.float64],
-    near: int,
-    stop: int,
-    radius: float,
-    slack: float,
-    columns: tuple[NDArray[Any], ...],
-) -> int:
+def first_overlap(points, near, stop, radius, slack, claims):
     """Return the index of the first held point ahead that is too near to a living robot's tube.
 
     Too near is nearer than both radii minus the slack, and nearer than the robot's present place:
     robots whose places overlap already may part.
 
     Args:
-        points: Path (n, 2) [m] in map.
         near: Index of the robot on it.
         stop: Index of the last held point.
         radius: [m] of this robot.
         slack: [m] by which tubes may be nearer than both radii.
-        columns: `Columns` of the neighbours as a plain tuple.
+        claims: `Claims` of the neighbours as a plain tuple.
 
     Returns:
         The index; stop + 1 if no point is too near.
     """
-    others = Columns(*columns)
-    held, held_size = others.held, others.held_size
+    ids, _, gone, _, words, links, air = Claims(*claims)
+    heads = words.view(np.float32)
+    far = air.view(np.float32)
     best = stop + 1
-    here = points[near]
-    for j in range(others.ids.shape[0]):
-        reach = radius + others.radius[j] - slack
-        if others.gone[j]:
+    x, y = points[near, 0], points[near, 1]
+    way = 0.0  # [m] to the farthest point
+    for k in range(near + 1, best):
+        way = max(way, math.hypot(points[k, 0] - x, points[k, 1] - y))
+    for j in range(ids.shape[0]):
+        if gone[j]:
             continue
-        first = held[j, 0]
-        if math.hypot(first[0] - here[0], first[1] - here[1]) > 2.0 * LONGEST_TUBE + reach:
+        reach = radius + heads[j, RADIUS] - slack
+        beacon = heads[j] if links[j, SOURCE] == OWN else far[links[j, PLACE]]
+        size = np.int64(words[j, HELD_SIZE])
+        before = claimed_gap(beacon, HELD, size, x, y)
+        if before > (way + reach) ** 2:
             continue
-        before = gap_squared(held[j], held_size[j], here[0], here[1])
         for k in range(near + 1, best):
-            gap = gap_squared(held[j], held_size[j], points[k, 0], points[k, 1])
+            gap = claimed_gap(beacon, HELD, size, points[k, 0], points[k, 1])
             if gap < reach * reach and gap < before - 1e-6:
                 best = k
                 break

@@ -8,22 +8,24 @@ from swarm_nav.interfaces import Proposal, RuleEvent, RuleEventKind
 from swarm_nav.reservation import tube_kernels
 from swarm_nav.traffic.robot_state import RobotView
 
-GROWTH_SLACK = 0.06  # [m] by which tubes are nearer than both radii without any growth
+GROWTH_SLACK = 0.06  # [m] by which tubes may be nearer than both radii
 WATCHDOG_MOTION = 0.06  # [m]
 UNUSED = Proposal(events=(RuleEvent(RuleEventKind.UNUSED),), holds_place=True, is_final=False)
 
 
 class KeepApart:
-    """Gives up points that are too near to another tube since a radius has grown (localisation)."""
+    """Gives up points that are too near to another tube.
+
+    They are if a radius has grown (localisation), and where robots that did not hear each other
+    have taken space before a thing that only their LiDARs saw.
+    """
 
     def propose(self, robot: RobotView) -> Proposal | None:
         """Keep what lies before the first point that is too near."""
         tube = robot.tube
-        if not robot.is_corrected:
-            return None
         first = tube_kernels.first_overlap(
             tube.points, tube.near, tube.stop, robot.radius, GROWTH_SLACK,
-            robot.neighbors.columns(),
+            robot.neighbors.claims(),
         )  # fmt: skip
         return None if first > tube.stop else Proposal(keep_until=first - 1, is_final=False)
 

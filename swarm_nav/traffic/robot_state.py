@@ -15,7 +15,6 @@ from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSp
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.zones import DirectedZone
 from swarm_nav.core.config import NavConfig, PlannerConfig
-from swarm_nav.core.plugins import corrects_pose
 from swarm_nav.core.rank import Donations
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.obstacles import ObstacleLayer
@@ -66,7 +65,6 @@ class RobotState:
     led_standing: int = (
         0  # ticks for which it has stood then, and no robot was in its way; likewise
     )
-    is_corrected: bool = False  # whether the pose is corrected while it drives
     oblong: Oblong | None = None  # outline of a long robot, which plans with it; None for others
     stations: tuple[tuple[float, float], ...] = ()  # (x, y) in map that many robots go to
     radio: Patience = field(default_factory=Patience)  # how slow the radio is
@@ -322,7 +320,6 @@ def initial_state(
         terrain=terrain,
         planner=make_planner(terrain, config.planner),
         make_planner=make_planner,
-        is_corrected=corrects_pose(config),
         neighbors=NeighborTable(robot_id, traffic),
         obstacles=ObstacleLayer(config.costmap, spec.lidar, spec.footprint),
         tube=tube,

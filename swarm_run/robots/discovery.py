@@ -23,7 +23,7 @@ from swarm_run.robots.swarm_watch import SwarmPatience
 STATUS_TYPE = "swarm_interfaces/msg/RobotStatus"
 # Every process announces itself once a second (fastdds.xml); on a busy machine that takes longer.
 NEWS_LIMIT = 5.0  # [s] of wall time for a robot or a mission that is asked for to be heard of
-CALM_TIME = 2.0  # [s] without news after which discovery is complete
+CALM_TIME = 2.0  # [s] without news after which no further mission is looked for
 ANSWER_LIMIT = 20.0  # [s] of wall time for a navigator to answer, on a busy machine
 ASK_PERIOD = 2.0  # [s] after which a question is repeated: discovery may have lost the answer
 
@@ -45,8 +45,7 @@ def find_robots(node: Node, wanted: Sequence[str], patience: SwarmPatience) -> l
         if found != seen:
             seen, changed = found, now
         complete = bool(wanted) and seen.issuperset(wanted)
-        calm_time = NEWS_LIMIT if wanted else CALM_TIME
-        if complete or (seen and now - changed > calm_time):
+        if complete or (seen and now - changed > NEWS_LIMIT):
             return sorted(seen, key=natural)
         if not seen:
             patience.check(now - start)

@@ -18,7 +18,7 @@ SLACK = 0.06
 def overlap(other, radius=RADIUS, tick=None):
     s = robot_in(HALL, Pose(2.0, 4.0, 0.0))
     hear(s, other, tick=tick)
-    return int(first_overlap(PATH, 0, STOP, radius, SLACK, s.neighbors.columns()))
+    return int(first_overlap(PATH, 0, STOP, radius, SLACK, s.neighbors.claims()))
 
 
 def by_hand(other, radius):

@@ -69,7 +69,6 @@ def test_held_space_ends_before_what_the_lidar_sees_but_for_what_it_stands_besid
 
 def test_a_radius_that_grows_gives_up_what_is_too_near_to_others():
     s, _ = on_a_path(held=30)
-    s.is_corrected = True
     reach = s.radius + 0.285
     hear(s, beacon(7, 3.0, 4.0 + reach))
     guard(s)
@@ -80,6 +79,14 @@ def test_a_radius_that_grows_gives_up_what_is_too_near_to_others():
     assert 0 < s.tube.stop < 20
     gaps = np.hypot(*(s.tube.points[: s.tube.stop + 1] - (3.0, 4.0 + reach)).T)
     assert gaps.min() >= s.radius + 0.285 - GROWTH_SLACK
+
+
+def test_a_robot_that_was_not_heard_before_gets_back_what_is_too_near_to_its_space():
+    s, _ = on_a_path(held=30)
+    hear(s, beacon(7, 3.5, 4.0, held=[(3.5, 4.0), (3.0, 4.0)]))
+    guard(s)
+    assert 0 < s.tube.stop < 20
+    assert 3.0 - s.tube.points[s.tube.stop, 0] >= s.radius + 0.285 - GROWTH_SLACK
 
 
 def test_the_announced_margin_grows_in_steps_and_shrinks_late():

@@ -32,10 +32,10 @@ class LateNode:
         (["agv1"], ["agv1", "agv2"], 4.5),  # two seconds after agv2 it was "not running"
         (["agv2"], ["agv2"], 0.5),
         (["agv3"], ["agv1", "agv2"], 9.6),
-        ([], ["agv2"], 2.6),
+        ([], ["agv1", "agv2"], 9.6),  # for --all, agv1 did not exist
     ],
 )
-def test_a_robot_that_is_asked_for_is_awaited_longer(wanted, found, end, monkeypatch):
+def test_a_robot_that_is_discovered_late_is_awaited(wanted, found, end, monkeypatch):
     node = LateNode({"agv2": 0.5, "agv1": 4.5}, monkeypatch)
     patience = SwarmPatience(0, lambda: True, lambda _: None)
     assert discovery.find_robots(node, wanted, patience) == found
