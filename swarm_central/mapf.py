@@ -465,24 +465,28 @@ class MapfCentre:
         """Give each robot as much way as its order among the others and their space allow."""
         robots = list(self._robots.values())
         radii = self._radii[[robot.report.robot_id - 1 for robot in robots]]
-        lines = [[(*a, *b) for a, b in robot.held()] for robot in robots]
+        lines = [list(robot.held()) for robot in robots]
+        segments = owners = None  # of all lines, until one changes
         for index, robot in enumerate(robots):
             late = 2 * (self._tick - robot.report.tick - 1) * CONTROL_PERIOD
             lookahead = self.config.lookahead + min(late, MOST_LATE) * self._speed
-            if robot.ahead >= lookahead or self._is_silent(robot):
+            ahead = sum(math.dist(*line) for line in lines[index])  # [m] that it may still drive
+            if ahead >= lookahead or self._is_silent(robot):
                 continue
-            segments = np.array([line for held in lines for line in held])
-            owners = np.repeat(np.arange(len(robots)), [len(held) for held in lines])
+            if segments is None:
+                segments = np.array([line for held in lines for line in held]).reshape(-1, 4)
+                owners = np.repeat(np.arange(len(robots)), [len(held) for held in lines])
             for target in self._choices(index, robot):
                 aim = target[0]
-                want = lookahead + PIECE - robot.ahead
+                want = lookahead + PIECE - ahead
                 length = free_length(robot.stop, aim, want, PIECE, index, segments, owners, radii)
                 if length < min(PIECE, math.dist(robot.stop, aim)) - 1e-6:
                     continue
                 if robot.aim is None:
                     self._commit(index, robot, *target)
                 robot.extend(length)
-                lines[index] = [(*a, *b) for a, b in robot.held()]
+                lines[index] = list(robot.held())
+                segments = None
                 break
 
     def _choices(self, index: int, robot: RobotProgress) -> Iterator[tuple[Point, int]]:

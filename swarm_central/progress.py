@@ -72,11 +72,6 @@ class RobotProgress:
         ahead = self.points[max(1, self.report.passed) :]
         return ahead if self.aim is None else [*ahead, self.stop]
 
-    @property
-    def ahead(self) -> float:
-        """Length [m] that the robot may still drive, by its last report."""
-        return sum(math.dist(*line) for line in self.held())
-
     def extend(self, length: float) -> None:
         """Give the way to the aim a piece further.
 

@@ -148,12 +148,16 @@ class Baseline(PlainBrain, ABC):
             The twist to drive, the beacon to send, and what happened since the last tick.
         """
         self.tick_now = tick
-        self.neighbors.refresh(tick)
+        self.overhear(tick)
         self._others = None
         self._begin_pending()
         twist = self._decide()
         events, self._events = tuple(self._events), []
         return Output(twist, self._beacon(), events)
+
+    def overhear(self, tick: int) -> None:
+        """Take in what was received of the others up to a tick."""
+        self.neighbors.refresh(tick)
 
     def fail(self, code: ErrorCode, message: str) -> None:
         """Give the current goal up."""

@@ -50,6 +50,11 @@ class CommandedDriver(Baseline):
         if self._has_scans:
             super().on_reception(reception)
 
+    def overhear(self, tick: int) -> None:
+        """Take in what is overheard, likewise."""
+        if self._has_scans:
+            super().overhear(tick)
+
     def take_order(self, order: TeamOrder) -> None:
         """Receive an order; ignore it if a newer one came first."""
         if order.number <= self._heard:

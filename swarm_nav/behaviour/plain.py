@@ -13,16 +13,17 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_common.model.battery import BatteryReading
 from swarm_common.model.beacon import (
-    BEACON_DTYPE,
     FLAG_ACTIVE,
     FOOTPRINT_POINTS,
     MODE_DONE,
     MODE_DRIVE,
     Reception,
+    blank_beacon,
+    pack_head,
+    record_of,
 )
 from swarm_common.model.grid import OCCUPIED, UNKNOWN, Grid
 from swarm_common.model.records import (
@@ -43,7 +44,6 @@ from swarm_nav.interfaces import Costmap
 from swarm_nav.localisation.localiser import OdometryLocaliser
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.planning.planner import Planner
-from swarm_nav.reservation.tube import padded
 from swarm_nav.traffic.robot_state import terrain_of
 
 
@@ -260,23 +260,17 @@ def plain_beacon(
         robot_id: From 1.
         is_driving: Whether it has a goal.
     """
-    beacon: np.void = np.zeros(1, BEACON_DTYPE)[0]
-    beacon["sec"], beacon["nanosec"] = stamp_from_tick(tick)
-    beacon["id"], beacon["tick"] = robot_id, tick
-    beacon["radius"] = spec.circumscribed_radius
-    beacon["pose"] = (pose_map.x, pose_map.y, pose_map.yaw)
-    beacon["twist"] = (twist.vx, twist.wz)
-    beacon["flags"] = FLAG_ACTIVE
-    beacon["mode"] = MODE_DRIVE if is_driving else MODE_DONE
-    beacon["target"] = beacon["station"] = (math.nan, math.nan)
-    beacon["held"][0] = (pose_map.x, pose_map.y)
-    beacon["held_size"] = 1
-    beacon["footprint"], beacon["footprint_size"] = _padded_footprint(spec.footprint)
+    x, y = pose_map.x, pose_map.y
+    corners = min(len(spec.footprint), FOOTPRINT_POINTS)
+    words = blank_beacon(spec.footprint).copy()
+    pack_head(words, (
+        *stamp_from_tick(tick), robot_id, tick, spec.circumscribed_radius,
+        x, y, pose_map.yaw, twist.vx, twist.wz,
+        0, 0, 0, 0, 0,  # priority, blocked, and for whom it makes way
+        FLAG_ACTIVE, MODE_DRIVE if is_driving else MODE_DONE,
+        math.nan, math.nan, math.nan, math.nan, 0, 0,  # target, station and gate
+        1, 0, 0, corners,
+    ))  # fmt: skip
+    beacon = record_of(words)
+    beacon["held"][0] = (x, y)
     return beacon
-
-
-@functools.lru_cache(maxsize=64)
-def _padded_footprint(
-    footprint: tuple[tuple[float, float], ...],
-) -> tuple[NDArray[np.float32], int]:
-    return padded(np.array(footprint), FOOTPRINT_POINTS)
