@@ -135,7 +135,8 @@ def test_every_command_is_run():
 @pytest.mark.parametrize("command", ACTIONS)
 def test_a_command_does_its_work(shell, command):
     words, expected = ACTIONS[command]
-    assert expected in shell.run(command, *words)
+    said = shell.run(command, *words)
+    assert expected in said, said
 
 
 def test_commands_work_with_a_swarm(shell):
