@@ -28,6 +28,7 @@ from swarm_common.process.pipes import EventWriter, StartedProcess, leave
 from swarm_mission.itinerary import Itinerary, NextGoal, StopOutcome
 from swarm_mission.routes import routes
 from swarm_recording.run_trace import RunTrace
+from swarm_run.robots.discovery import NEWS_LIMIT
 from swarm_run.robots.driver import RobotDriver, has_goal
 from swarm_run.robots.status_check import StatusCheck
 
@@ -77,6 +78,8 @@ class Runner:
         self._fresh: set[str] = set()
         self._news = GoalNews(events, self._state_log)
         self._is_started = False
+        self._is_connected = False  # or has waited in vain for some
+        self._connected, self._connected_at = 0, 0.0  # robots so far, and when the last came
         # Of a mission process that goes on where another one died
         self._resumed_at = round(float(config.get("resumed_at", 0.0)) / CONTROL_PERIOD)
         self._is_done = False
@@ -92,6 +95,8 @@ class Runner:
         if time.monotonic() - self._beat_at > BEAT_PERIOD:
             self._beat_at = time.monotonic()
             self._events.write(say.Alive())
+        if not self._is_connected:
+            self._tell_when_connected()
         if not self._is_started:
             self._start_when_ready()
         self._notice_lost()
@@ -189,6 +194,16 @@ class Runner:
             self._hear_again(driver.name)
 
     # Own work
+
+    def _tell_when_connected(self) -> None:
+        """Say so once all robots are heard, or no more of them have been found for a while."""
+        count = sum(driver.robot.is_connected for driver in self._drivers.values())
+        now = time.monotonic()
+        if count != self._connected:
+            self._connected, self._connected_at = count, now
+        if count == len(self._drivers) or (count and now - self._connected_at > NEWS_LIMIT):
+            self._is_connected = True
+            self._events.write(say.SwarmHeard())
 
     def _start_when_ready(self) -> None:
         alive = [d for name, d in self._drivers.items() if name not in self._dead]

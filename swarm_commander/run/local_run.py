@@ -48,6 +48,12 @@ class LocalRun(RunPart):
         self._judged: say.FleetJudged | None = None
         self._is_released = False  # whether the navigators were told to start
         self._has_sent = False  # whether a mission process has, be it one that died since
+        spec = plan.spec
+        onlookers = {  # without whom time does not begin: they are to see all of it
+            RECORDER: spec.record,
+            RUNNER: plan.mission is None and not spec.driven_by_users,
+        }
+        self._onlookers = {name for name, is_awaited in onlookers.items() if is_awaited}
         self._unmet = set(MEETING) if ros_env.is_large(plan.spec.size) else set()
         if plan.spec.coordination.has_centre:
             self._unmet.add(CENTRAL)
@@ -64,10 +70,7 @@ class LocalRun(RunPart):
         for name in self._plan.spec.driven_by_users:
             self._run.progress.note(f"time begins when a node drives {name}; missions leave it out")
         folder = self._run.folder
-        more = {
-            "trace_dir": str(folder.trace),
-            "held": self._plan.spec.record,  # until nothing is missed any more
-        }
+        more = {"trace_dir": str(folder.trace), "held": bool(self._onlookers)}
         self._run.start(WORLD, self._plan.world_config(folder.verdict) | more)
 
     def _on_world_built(self, event: say.WorldBuilt) -> None:
@@ -88,12 +91,18 @@ class LocalRun(RunPart):
             self._is_released = True
             self._navigators.release(str(self._start.map_file))
 
+    def _see(self, onlooker: str) -> None:
+        """Let time begin once all are there that are to see it."""
+        self._onlookers.discard(onlooker)
+        if not self._onlookers:
+            self._run.tell(WORLD, say.BeginTime())
+
     def on_exit(self, exit_: Exit) -> None:
         """Go on without a centre or a recorder that ended."""
         if exit_.name == CENTRAL:
             self._meet(CENTRAL)
         elif exit_.name == RECORDER:
-            self._run.tell(WORLD, say.BeginTime())
+            self._see(RECORDER)
 
     def on_stop(self, phase: str) -> None:
         """Let no tick follow while processes end."""
@@ -182,8 +191,10 @@ class LocalRun(RunPart):
                 pass  # the statistics counts them
             case say.StatusReported() | say.OrdersReported() | say.FloorReported():
                 pass
+            case say.SwarmHeard():
+                self._see(RUNNER)
             case say.RecordingBegun():
-                run.tell(WORLD, say.BeginTime())
+                self._see(RECORDER)
             case say.RecordingEnded():
                 self._on_recording_ended(event)
             case say.FleetJudged(text=text, file=file):

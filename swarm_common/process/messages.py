@@ -295,6 +295,10 @@ class StationDone(EventBase, frozen=True, tag="station_done"):
     station: str
 
 
+class SwarmHeard(EventBase, frozen=True, tag="swarm_heard"):
+    """The mission process is connected to the status of all robots that it can find."""
+
+
 class RecordingBegun(EventBase, frozen=True, tag="recording"):
     """The recorder records: it has heard the world."""
 
@@ -476,6 +480,7 @@ WorldEvent = (
 NavigatorEvent = NavigatorActive | NavigatorDied
 MissionEvent = (
     MissionLoaded
+    | SwarmHeard
     | GoalSent
     | GoalReached
     | GoalMissed

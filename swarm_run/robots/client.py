@@ -185,6 +185,11 @@ class RobotCommander:
         message.pose.pose = initial_pose.pose
         self._initial_pose.publish(message)
 
+    @property
+    def is_connected(self) -> bool:
+        """Whether what the robot says of its status arrives here."""
+        return bool(self._subscription.get_publisher_count())
+
     def isReady(self) -> bool:
         """Whether goals of `goToPose` would arrive; never waits."""
         return bool(self._client("navigate_to_pose", NavigateToPose).server_is_ready())

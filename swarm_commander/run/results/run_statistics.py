@@ -40,6 +40,7 @@ from swarm_common.process.messages import (
     ServerEvent,
     StationDone,
     StatusReported,
+    SwarmHeard,
     TimeOver,
     WorldBuilt,
     WorldProgress,
@@ -295,7 +296,7 @@ class RunStatistics:
                 self.is_done = self.is_done or not self.stations_left
             case WorldBuilt():
                 self.unseen = event.unseen
-            case MeetingPorts() | RobotLate() | TimeOver():
+            case MeetingPorts() | RobotLate() | SwarmHeard() | TimeOver():
                 pass
             case _:
                 if not isinstance(event, Uncounted):
