@@ -30,7 +30,7 @@ from swarm_run.plan import RunPlan
 
 WORLD_SILENCE = 20.0  # [s] of wall time without a word after which the world hangs,
 WORLD_START_SILENCE = 60.0  # [s] before its first step, when it may have to compile
-MISSION_LIMIT = 60.0  # [s] from all robots being active to the mission's first goal,
+MISSION_LIMIT = 60.0  # [s] from all robots being active to the mission's first goal, or to time,
 MISSION_LIMIT_PER_ROBOT = 1.0  # [s] and this much more for each robot to connect to
 
 
@@ -250,14 +250,22 @@ class LocalRun(RunPart):
             run.kill(WORLD)
 
     def _check_mission(self) -> None:
+        """Notice who should have begun by now: onlookers, and a mission that has no orders."""
         run, mission = self._run, self._plan.mission
-        # The first order may come late.
-        if mission is None or mission.orders is not None or run.active_after_wall is None:
+        if run.active_after_wall is None or run.is_stopping:
             return
         waited = run.elapsed - run.active_after_wall
-        limit = MISSION_LIMIT + MISSION_LIMIT_PER_ROBOT * len(run.statistics.robots)
-        is_idle = not (self._has_sent or run.statistics.is_done or run.is_stopping)
-        if waited > limit and is_idle:
+        if waited <= MISSION_LIMIT + MISSION_LIMIT_PER_ROBOT * len(run.statistics.robots):
+            return
+        for name in sorted(self._onlookers):
+            run.fail(
+                f"the {name} process does not hear the robots {waited:.0f} s after all were"
+                f" active: time begins without it (see {run.folder.log(name)})"
+            )
+            self._see(name)
+        is_idle = not (self._has_sent or run.statistics.is_done)
+        # The first order may come late.
+        if mission is not None and mission.orders is None and is_idle:
             run.fail(
                 f"the {RUNNER} process has sent no goal {waited:.0f} s after all robots were"
                 f" active (see {run.folder.log(RUNNER)})"

@@ -8,7 +8,7 @@ from swarm_nav.interfaces import Proposal, RuleEvent, RuleEventKind
 from swarm_nav.reservation import tube_kernels
 from swarm_nav.traffic.robot_state import RobotView
 
-GROWTH_SLACK = 0.06  # [m] by which tubes may be nearer than both radii
+OVERLAP_SLACK = 0.06  # [m] by which tubes may be nearer than both radii
 WATCHDOG_MOTION = 0.06  # [m]
 UNUSED = Proposal(events=(RuleEvent(RuleEventKind.UNUSED),), holds_place=True, is_final=False)
 
@@ -24,7 +24,7 @@ class KeepApart:
         """Keep what lies before the first point that is too near."""
         tube = robot.tube
         first = tube_kernels.first_overlap(
-            tube.points, tube.near, tube.stop, robot.radius, GROWTH_SLACK,
+            tube.points, tube.near, tube.stop, robot.radius, OVERLAP_SLACK,
             robot.neighbors.claims(),
         )  # fmt: skip
         return None if first > tube.stop else Proposal(keep_until=first - 1, is_final=False)

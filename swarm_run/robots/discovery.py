@@ -22,8 +22,8 @@ from swarm_run.robots.swarm_watch import SwarmPatience
 
 STATUS_TYPE = "swarm_interfaces/msg/RobotStatus"
 # Every process announces itself once a second (fastdds.xml); on a busy machine that takes longer.
-NEWS_LIMIT = 5.0  # [s] of wall time for a robot or a mission that is asked for to be heard of
-CALM_TIME = 2.0  # [s] without news after which no further mission is looked for
+NEWS_LIMIT = 5.0  # [s] of wall time without news after which no robot or mission is looked for
+CALM_TIME = 2.0  # [s] likewise for missions of which no process is known
 ANSWER_LIMIT = 20.0  # [s] of wall time for a navigator to answer, on a busy machine
 ASK_PERIOD = 2.0  # [s] after which a question is repeated: discovery may have lost the answer
 

@@ -28,6 +28,8 @@ if mood == "dies" and not begun.exists():  # when it has sent a goal, and all we
     sys.exit(1)
 if mood == "dies":
     time.sleep(1.0)
+if mood != "mute":
+    say("swarm_heard")
 if config["mission"] is not None and mood != "mute":
     say("mission", goals=len(config["robots"]))
     for robot in config["robots"]:

@@ -71,6 +71,8 @@ if mood == "crash":
     sys.exit(7)
 if mood == "deaf":
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
+while config["held"] and b'"begin"' not in os.read(int(flags["--control-fd"]), 4096):
+    pass
 if config["duration"] is not None:
     wait_for_mark("begun" if mood == "calm" else "active")
     time.sleep(0.5)  # what the mission or the navigators said has arrived by then

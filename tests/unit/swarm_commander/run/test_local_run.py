@@ -112,6 +112,14 @@ def test_a_stopped_run_without_a_verdict_is_not_a_good_one(up):
     assert process.returncode == 3, output
 
 
+def test_time_begins_without_a_mission_process_that_hangs(up):
+    code, output, _ = up.run("--duration", "12", runner="mute")
+    assert code == 3, output
+    said = "the mission process does not hear the robots"
+    assert said in " ".join(output.split())
+    assert [said in failure for failure in up.report()["failures"]] == [True]
+
+
 def test_a_crash_of_the_world_makes_it_three_and_says_its_last_words(up):
     code, output, _ = up.run(*MISSION, world="crash")
     assert code == 3

@@ -5,7 +5,7 @@ import pytest
 
 from swarm_common.model.records import Pose, Twist
 from swarm_nav.traffic.arbiter import MARGIN_STEP, Arbiter
-from swarm_nav.traffic.held_space_rules import GROWTH_SLACK, DropUnused
+from swarm_nav.traffic.held_space_rules import OVERLAP_SLACK, DropUnused
 from swarm_nav.traffic.single_lanes import SingleLanes
 from tests.fakes.decisions import act, arbiter_of, guard
 from tests.fakes.navigation import beacon, hear, robot_in, room
@@ -78,7 +78,7 @@ def test_a_radius_that_grows_gives_up_what_is_too_near_to_others():
     guard(s)
     assert 0 < s.tube.stop < 20
     gaps = np.hypot(*(s.tube.points[: s.tube.stop + 1] - (3.0, 4.0 + reach)).T)
-    assert gaps.min() >= s.radius + 0.285 - GROWTH_SLACK
+    assert gaps.min() >= s.radius + 0.285 - OVERLAP_SLACK
 
 
 def test_a_robot_that_was_not_heard_before_gets_back_what_is_too_near_to_its_space():
@@ -86,7 +86,7 @@ def test_a_robot_that_was_not_heard_before_gets_back_what_is_too_near_to_its_spa
     hear(s, beacon(7, 3.5, 4.0, held=[(3.5, 4.0), (3.0, 4.0)]))
     guard(s)
     assert 0 < s.tube.stop < 20
-    assert 3.0 - s.tube.points[s.tube.stop, 0] >= s.radius + 0.285 - GROWTH_SLACK
+    assert 3.0 - s.tube.points[s.tube.stop, 0] >= s.radius + 0.285 - OVERLAP_SLACK
 
 
 def test_the_announced_margin_grows_in_steps_and_shrinks_late():
