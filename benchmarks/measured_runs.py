@@ -31,7 +31,7 @@ from swarm_run.record.run_record import RunRecord
 
 FOLDER = Path(__file__).with_name("results")
 BASELINES = ("dwa", "orca")
-BASELINE_LIMIT = 1200.0  # [s] of wall time for all seeds of a baseline in one scenario and size
+BASELINE_LIMIT = 600.0  # [s] of wall time for all seeds of a baseline in one scenario and size
 SEEDS = range(10)
 GRAPH_ROWS = ("circle", "corridor", "crossing", "doorway", "slim_blockage", "station", "u_shape")
 GRAPH_MOST = 24  # robots of a row on the ROS graph
