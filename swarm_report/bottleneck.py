@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from swarm_common.model.records import FloatArray
 from swarm_report.measures import HOLDING, LOST_WORDS, LostTime, lost_spans, lost_time, station_use
@@ -154,6 +153,10 @@ def _places(stray: FloatArray) -> list[tuple[float, float, float]]:
 
     A circle's centre is a cell in which somebody waited; the second takes what the first has left.
     """
+    if not len(stray):
+        return []
+    from scipy.spatial import cKDTree  # slow to import
+
     cells, index = np.unique(np.round(stray[:, :2] / CELL), axis=0, return_inverse=True)
     spots = CELL * cells
     seconds = np.bincount(index.ravel(), stray[:, 2], minlength=len(spots))

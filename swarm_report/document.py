@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from swarm_common.model.errors import ConfigError
@@ -154,8 +155,10 @@ def _save(drawing: Figure, path: Path | None) -> bytes:
     drawing.savefig(buffer, format="svg", dpi=PIXELS_DPI, metadata={"Date": None})
     if path is not None:
         path.with_suffix(".svg").write_bytes(buffer.getvalue())
-        drawing.set_layout_engine("none")  # all is in its place already
-        drawing.savefig(path.with_suffix(".png"), dpi=DPI)
+        drawing.set_layout_engine("none")  # all is in its place already; savefig would draw twice
+        drawing.set_dpi(DPI)
+        canvas: Any = FigureCanvasAgg(drawing)  # print_png has no types
+        canvas.print_png(path.with_suffix(".png"))
     return buffer.getvalue()
 
 
