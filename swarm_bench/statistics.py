@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
+import scipy  # its `stats`, slow to import, once they are used
 
 from swarm_common.model.records import FloatArray
 
@@ -87,7 +87,9 @@ class Paired(NamedTuple):
     @property
     def p(self) -> float:
         """Probability of no difference: Wilcoxon's signed-rank test, two-sided; 1 if all are 0."""
-        return float(stats.wilcoxon(self.differences).pvalue) if any(self.differences) else 1.0
+        return (
+            float(scipy.stats.wilcoxon(self.differences).pvalue) if any(self.differences) else 1.0
+        )
 
 
 def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> Interval:
@@ -97,7 +99,7 @@ def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> Inter
         successes: 0 to `trials`.
         trials: 1 or more.
     """
-    found = stats.binomtest(successes, trials).proportion_ci(confidence, "wilson")
+    found = scipy.stats.binomtest(successes, trials).proportion_ci(confidence, "wilson")
     return Interval(successes / trials, float(found.low), float(found.high))
 
 
@@ -163,7 +165,7 @@ def _of_error(mean: float, error: float, freedom: int) -> Interval:
 
 
 def _student(freedom: int) -> float:
-    return float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, freedom))
+    return float(scipy.stats.t.ppf(0.5 + 0.5 * CONFIDENCE, freedom))
 
 
 def paired(
@@ -195,9 +197,9 @@ def paired_mean(differences: Sequence[float], confidence: float) -> tuple[Interv
     data = np.asarray(differences, np.float64)
     if np.allclose(data, data[0], rtol=1e-9, atol=1e-12):
         mean = float(data[0])
-        p = float(stats.wilcoxon(data).pvalue) if abs(mean) > 1e-12 else 1.0
+        p = float(scipy.stats.wilcoxon(data).pvalue) if abs(mean) > 1e-12 else 1.0
         return Interval(mean, mean, mean), p
-    found = stats.ttest_1samp(data, 0.0)
+    found = scipy.stats.ttest_1samp(data, 0.0)
     ends = found.confidence_interval(confidence)
     freedom = len(data) - 1
     interval = Interval(float(data.mean()), float(ends.low), float(ends.high), freedom)
@@ -243,7 +245,7 @@ def paired_shares(
     high = math.hypot(one.high - one.estimate, other.estimate - other.low)
     wins = sum(a > b for a, b in zip(first, second, strict=True))
     losses = sum(a < b for a, b in zip(first, second, strict=True))
-    p = float(stats.binomtest(wins, wins + losses).pvalue) if wins + losses else 1.0
+    p = float(scipy.stats.binomtest(wins, wins + losses).pvalue) if wins + losses else 1.0
     return Interval(estimate, estimate - low, estimate + high), p
 
 
@@ -269,6 +271,6 @@ def kaplan_meier(times: Sequence[float], has_ended: Sequence[bool]) -> SurvivalC
         times: (n,) of the end, or of the stop.
         has_ended: (n,) whether the run ended by itself.
     """
-    data = stats.CensoredData.right_censored(times, ~np.asarray(has_ended, np.bool_))
-    found = stats.ecdf(data).sf
+    data = scipy.stats.CensoredData.right_censored(times, ~np.asarray(has_ended, np.bool_))
+    found = scipy.stats.ecdf(data).sf
     return SurvivalCurve(np.asarray(found.quantiles), np.asarray(found.probabilities))
