@@ -92,10 +92,9 @@ def comparison_part(ours: Sequence[RunRecord], others: Sequence[RunRecord]) -> s
 
 All three methods run in the same simulator, with the same starts, goals and seeds. A cell has the
 goals reached, the median makespan of the complete runs, contacts if any, and the number of runs
-where it is not 10. Baselines take long where they lock up: after {minutes:.0f} minutes of
-one cell they may begin no further seed; `-` is a cell without runs, and rows with neither baseline
-are left out. DWA sees the true circles of the robots in sight; ORCA hears the same beacons as our
-robots ([the methods](comparison.md)).
+where it is not 10. Baselines take long where they lock up: after {minutes:.0f} minutes of one cell
+they may begin no further seed, and rows without a baseline are left out. DWA sees the true circles
+of the robots in sight; ORCA hears the same beacons as our robots ([the methods](comparison.md)).
 
 {table.markdown()}
 {origin_line((*ours, *others), "rows", "baselines")}"""

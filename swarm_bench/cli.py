@@ -12,8 +12,10 @@ from swarm_run.command_line import run_command
 if TYPE_CHECKING:
     import typer
 
-OWN = ("traffic", "suite", "report-traffic")  # commands of the suite
-OTHERS = {"sweep": "capacity", "halls": "halls", "lanes": "lanes", "study": "study"}
+HOMES = {  # command -> package whose module `command` adds it
+    "traffic": "suite", "suite": "suite", "report-traffic": "suite",
+    "sweep": "capacity", "halls": "halls", "lanes": "lanes", "study": "study",
+}  # fmt: skip
 
 
 def main() -> None:
@@ -23,10 +25,9 @@ def main() -> None:
 
 def _load(words: Sequence[str] = ()) -> typer.Typer:
     """Return the app with the command that `words` begin with, or else with all of them."""
+    packages = [HOMES[word] for word in words[:1] if word in HOMES] or HOMES.values()
+    for package in packages:
+        import_module(f"swarm_bench.{package}.command")  # slow
     from swarm_bench.suite.command import bench_app
 
-    asked = words[0] if words else ""
-    for name, package in OTHERS.items():
-        if asked not in OWN and (name == asked or asked not in OTHERS):
-            import_module(f"swarm_bench.{package}.command")  # adds its command; slow to import
     return bench_app

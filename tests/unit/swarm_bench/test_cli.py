@@ -5,7 +5,7 @@ import sys
 
 import typer
 
-from swarm_bench.cli import OTHERS, OWN, _load
+from swarm_bench.cli import HOMES, _load
 
 SLOW = "matplotlib", "scipy.stats", "swarm_bench.capacity", "swarm_bench.study"
 LOADED = (
@@ -22,7 +22,7 @@ def loaded(*words):
 
 def test_every_command_is_known():
     command = typer.main.get_command(_load())
-    assert list(command.commands) == [*OWN, *OTHERS]
+    assert list(command.commands) == [*HOMES]
 
 
 def test_a_command_is_loaded_without_the_others():
