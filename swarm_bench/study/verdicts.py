@@ -268,8 +268,9 @@ def due_runs(
 ) -> list[StudyRun]:
     """Return the runs that the study needs next, in an order in which a part of them tells most.
 
-    All methods of a cell and seed follow each other. The n-th seed of a cell waits in proportion to
-    its cost and the square of n: what it adds to the knowledge of a mean falls like that.
+    All runs of an experiment in one world with one seed follow each other: they compare times of
+    the machine, whose speed changes from hour to hour. The n-th seed of a world waits in proportion
+    to its cost and the square of n: what it adds to the knowledge of a mean falls like that.
 
     Args:
         lines: Lines of the study, of one edition.
@@ -283,15 +284,19 @@ def due_runs(
             most = LOOKS[min(most_looks, 1 if spent >= BUDGET else len(LOOKS)) - 1]
             for sample in needed(finding.comparison, twins):
                 targets[sample] = max(targets.get(sample, 0), min(finding.target, most))
-    groups = []
+    groups: dict[tuple[str, str, int], list[StudyRun]] = {}
     for name, experiment in experiments.items():
         for cell in experiment.cells:
             methods = experiment.methods_of(cell)
             wanted = {m: targets.get((cell.name, m), LOOKS[0]) for m in methods}
             for number in range(max(wanted.values())):
-                runs = _missing(name, cell, number, wanted, known, settings)
-                groups.append((sum(run.cost() for run in runs) * (number + 1) ** 2, runs))
-    return [run for _, runs in sorted(groups, key=lambda group: group[0]) for run in runs]
+                group = groups.setdefault((name, cell.scenario, number), [])
+                group += _missing(name, cell, number, wanted, known, settings)
+
+    def wait(group: tuple[str, str, int]) -> float:
+        return sum(run.cost() for run in groups[group]) * (group[2] + 1) ** 2
+
+    return [run for group in sorted(groups, key=wait) for run in groups[group]]
 
 
 def _missing(

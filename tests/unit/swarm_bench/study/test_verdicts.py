@@ -1,6 +1,7 @@
 """Verdicts of comparisons, and the sequential rule."""
 
 import dataclasses
+import itertools
 import random
 
 import msgspec
@@ -178,6 +179,13 @@ def test_what_comes_with_the_project_can_be_run():
     assert len({run.key for run in runs}) == len(runs)
     assert {run.seed for run in runs} == set(SEEDS)
     assert sum(run.cost() for run in runs) < 20.0 * 3600.0
+
+
+def test_runs_that_compare_times_of_the_machine_follow_each_other():
+    runs = due_runs(load_experiments(study_folder()), [], {})
+    groups = itertools.groupby(runs, lambda run: (run.experiment, run.cell.scenario, run.seed))
+    keys = [key for key, _ in groups]
+    assert len(set(keys)) == len(keys)
 
 
 def test_methods_of_a_cell_and_seed_come_together_and_cheap_seeds_first(experiments):
