@@ -34,12 +34,14 @@ Both sides share robots, starts, orders and noise, seed by seed. Hypotheses, cel
 *Better* is ours against the other side: of throughput and restricted mean time a share of the
 larger mean; of what is kept of an undisturbed twin's throughput and of successful runs, percentage
 points. Intervals and p values stand for all looks, p values for all comparisons of an experiment,
-too. *Equal* is less than 3 % (success: 1 %, cost: 20 %)."""
+too. *Equal* is less than 3 % (success: 1 %, cost: 20 %). An expectation is *right* if all of its
+comparisons end as expected, *wrong* if one ends otherwise by as much as that, else *open*."""
 THREATS = """\
 All is simulated, in six worlds on flat floors. The same authors wrote both sides, and have worked
 on our rules for longer, in these halls. Ways of this centre lie on a lattice of four directions:
 the cells with four robots show what that alone costs it. The hall's lanes were learned with our
-robots, from its own orders on other seeds. The centre's computing takes no simulated time. The
+robots, from its own orders on other seeds. Robots of central-mapf brake for what they see ahead;
+driving slowly near people is a rule of ours. The centre's computing takes no simulated time. The
 radio of orders is never split. A restricted mean ends where runs are stopped. The scale of a
 relative effect counts as known. Times of decisions are those of one machine with other work on it;
 [performance](performance.md) has memory."""
