@@ -46,7 +46,8 @@ from swarm_common.model.errors import ConfigError
 DIFFERS = FAILED = 1
 KEY = operator.attrgetter("key")  # of a line
 TUNING, QUICK, FULL = "tuning", "quick", "full"  # stores of lines
-PROTOCOL, PART = "protocol.md", "cells"  # document beside the lines, and its part that is written
+PROTOCOL, CELLS = "protocol.md", "cells"  # document beside the lines, and its part that is written
+README, ANSWER = "README.md", "study"  # beside the folder of lines; it may have such a part
 DRAWN_BY = re.compile(r"Matplotlib v([\w.]+)")
 EXAMPLES = """Examples:
 
@@ -146,9 +147,8 @@ def study(
             typer.echo(f"{told}: see with --reproduce whether it makes the same", err=True)
         texts = _texts(found, output, command)
         texts |= {folder / "study.html": texts.pop(Path("study.html"))}
-        if not quick and (folder / PROTOCOL).is_file():
-            part = page.protocol_part(work.experiments)
-            texts |= {folder / PROTOCOL: with_part(folder / PROTOCOL, PART, part)}
+        if not quick:
+            texts |= _parts(found, folder)
         _put(texts, check=check)
     if work.errors:
         raise typer.Exit(FAILED)
@@ -346,6 +346,17 @@ def _texts(found: page.StudyState, output: Path, command: str) -> dict[Path, str
         **{output.with_name(f"{output.stem}_{name}.svg"): text for name, text in drawn.items()},
         Path("study.html"): page.page(found),
     }
+
+
+def _parts(found: page.StudyState, folder: Path) -> dict[Path, str]:
+    """Return the documents that have a part about the study, by file, with that part anew."""
+    protocol, readme = folder / PROTOCOL, folder.resolve().parent / README
+    texts = {}
+    if protocol.is_file():
+        texts[protocol] = with_part(protocol, CELLS, page.protocol_part(found.experiments))
+    if readme.is_file() and f"<!-- {ANSWER} -->" in readme.read_text("utf-8", errors="replace"):
+        texts[readme] = with_part(readme, ANSWER, page.summary(found))
+    return texts
 
 
 def _put(texts: Mapping[Path, str], *, check: bool) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import itertools
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -154,6 +155,11 @@ def markdown(study: StudyState, stem: str, command: str) -> str:
     return "\n\n".join(filter(None, parts)) + "\n"
 
 
+def summary(study: StudyState) -> str:
+    """Return README's sentences on the study: the first two of its answer."""
+    return " ".join(itertools.islice(_answer(study), 2))
+
+
 def page(study: StudyState) -> str:
     """Return study.html: the tables with all columns."""
     parts = [
@@ -224,25 +230,29 @@ def _answer(study: StudyState) -> Iterator[str]:
     yield from _by_world(tables.by_size(study.experiments, findings))
     differing = [each for each in against if each.verdict in ("ahead", "behind")]
     ranges = [
-        f"in {words} {_range(found)}"
-        for measure, words in (("throughput", "throughput"), ("makespan", "time"))
+        f"in {words} {_range(found, unit)}"
+        for measure, words, unit in (
+            ("throughput", "throughput", "%"),
+            ("makespan", "time", "%"),
+            ("kept", "what is kept of it under faults and changes", "points"),
+        )
         if (found := [each for each in differing if each.comparison.measure == measure])
     ]
     if ranges:
         yield f"Where they are ahead or behind, the difference is {', '.join(ranges)}."
     results = Counter(judged(found) for _, found in study.hypotheses)
     yield (
-        f"Of {sum(results.values())} expectations {results['right']} were right, "
-        f"{results['wrong']} wrong, {results['open']} are open."
+        f"Of {sum(results.values())} expectations, right: {results['right']}, "
+        f"wrong: {results['wrong']}, open: {results['open']}."
     )
 
 
-def _range(findings: Sequence[ComparisonResult]) -> str:
+def _range(findings: Sequence[ComparisonResult], unit: str) -> str:
     """Return the smallest and the largest effect, each with its cell."""
     ordered = sorted(findings, key=lambda each: each.effect.estimate)
     ends = ordered if len(ordered) == 1 else (ordered[0], ordered[-1])
     return " to ".join(
-        f"{100.0 * each.effect.estimate:+.0f} % ({each.comparison.cell})" for each in ends
+        f"{100.0 * each.effect.estimate:+.0f} {unit} ({each.comparison.cell})" for each in ends
     )
 
 

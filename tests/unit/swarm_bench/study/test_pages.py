@@ -51,7 +51,7 @@ def test_the_answer_counts_verdicts_and_names_the_crossover(experiments):
     assert re.search(r"in throughput -\d+ % \(stream 4\) to \+\d+ % \(stream 8\)", text)
     assert "they are ahead in stream with 8 robots; behind in stream with 4 robots." in text
     assert "In stream the sides change between 4 and 8 robots." in text
-    assert "Of 5 expectations 2 were right, 2 wrong, 1 are open." in text
+    assert "Of 5 expectations, right: 2, wrong: 2, open: 1." in text
     assert "- H1 **wrong**: The centre is faster." in text
     assert "Contacts: ours 0 in 80 different runs (< 3.7%)" in text
     assert "20 seeds do not decide yet" in html

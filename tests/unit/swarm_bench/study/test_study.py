@@ -99,19 +99,24 @@ def test_check_finds_every_page_and_figure_that_differs(folder, monkeypatch):
     instead(monkeypatch, lambda run: ours(run, 30.0 + run.seed % 7))
     assert call(folder).exit_code == 0
     shutil.copy(study_folder().parents[1] / "study/protocol.md", folder / "study")
+    readme = folder / "README.md"
+    readme.write_text("Ours.\n<!-- study -->\n2\n<!-- /study -->\n", encoding="utf-8")
+    assert "README.md differs" in call(folder, "--check").output
     assert "protocol.md differs" in call(folder, "--check").output  # it has the project's cells
     assert call(folder).exit_code == 0
+    said = readme.read_text(encoding="utf-8").splitlines()[2]
+    assert f"{said} " in (folder / "study.md").read_text(encoding="utf-8")
     with monkeypatch.context() as patch:
         patch.setattr(swarm_bench.study.command, "study_edition", lambda: "another")
         outcome = call(folder, "--check")
     assert outcome.exit_code == 0
     assert f"edition {study_edition()}, and this code is another" in outcome.output
-    names = ["study.md", "study/study.html", "study/protocol.md"]
+    names = ["study.md", "study/study.html", "study/protocol.md", "README.md"]
     names += [f"study_{name}.svg" for name in ("throughput", "makespan", "cost", "loss")]
     for name in names:
         path = folder / name
         text = path.read_text(encoding="utf-8")
-        place = text.rindex("2")  # some number in it
+        place = max(text.rfind("2"), text.rfind("0"))  # in some number
         path.write_text(f"{text[:place]}3{text[place + 1 :]}", encoding="utf-8")
     outcome = call(folder, "--check")
     assert [name for name in names if f"{folder / name} differs" not in outcome.output] == []
