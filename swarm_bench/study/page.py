@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import itertools
+import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -144,7 +145,8 @@ def markdown(study: StudyState, stem: str, command: str) -> str:
         for number, (said, found) in enumerate(hypotheses, 1)
     ]
     parts = [
-        f"# {TITLE}", QUESTION, " ".join(_answer(study)), _touches(study), HOW, *shown,
+        f"# {TITLE}", QUESTION, " ".join(_answer(study)), _touches(study), _recoveries(study), HOW,
+        *shown,
         "## Expected", "\n".join(judged_ones),
         "## Comparisons", tables.verdicts(hypotheses).markdown().rstrip(),
         *(["## In the hall", tables.costs(hall).markdown().rstrip()] if hall else []),
@@ -225,7 +227,7 @@ def _answer(study: StudyState) -> Iterator[str]:
             f"{'Neither is better everywhere: of' if is_mixed else 'Of'} {len(against)} comparisons"
             f" with the centre that plans for all robots ({CENTRE}), our rules are ahead in "
             f"{counts['ahead']}, behind in {counts['behind']}, equal in {counts['equal']}; "
-            f"{counts['open']} are open."
+            f"{counts['open']} undecided."
         )
     yield from _by_world(tables.by_size(study.experiments, findings))
     differing = [each for each in against if each.verdict in ("ahead", "behind")]
@@ -263,6 +265,20 @@ def _touches(study: StudyState) -> str:
         by_method.setdefault(line.method, []).append(line)
     texts = [_contacts(method, by_method[method]) for method in METHODS if method in by_method]
     return f"Contacts: {'; '.join(texts)}." if texts else ""
+
+
+def _recoveries(study: StudyState) -> str:
+    """Return the sentence on times to recover; empty without any."""
+    times: dict[str, set[float]] = {}
+    for kept in study.kept:
+        if not math.isnan(kept.recovered):
+            times.setdefault(kept.method, set()).add(kept.recovered)
+    texts = [
+        f"{method} {' to '.join(map(tables.time_text, sorted({min(found), max(found)})))}"
+        for method, found in times.items()
+    ]
+    said = "When what disturbed is over, nine tenths of the twin's throughput are back after"
+    return f"{said} (median, by cell): {'; '.join(texts)}." if texts else ""
 
 
 def _contacts(method: str, lines: Sequence[StudyLine]) -> str:

@@ -234,7 +234,7 @@ class KeptShare(NamedTuple):
     method: str
     share: Interval
     lost: float | None  # orders, mean
-    recovered: str  # median time after the end of the disturbance
+    recovered: float  # median time [s] after the end of the disturbance; nan without an end
 
 
 def kept(experiments: Experiments, lines: Lines) -> list[KeptShare]:
@@ -263,11 +263,8 @@ def _kept(
         first = int(group.cell.until / STEP)
         times = [recovery_of(done, twin, first) for done, twin in counted]
     median = statistics.kaplan_meier(*zip(*times, strict=True)).median if times else math.nan
-    text = NONE if math.isnan(median) else "not in time"
-    return KeptShare(
-        group.cell, group.method, share, sum(lost) / len(lost) if lost else None,
-        f"{STEP * median:.0f} s" if math.isfinite(median) else text,
-    )  # fmt: skip
+    mean = sum(lost) / len(lost) if lost else None
+    return KeptShare(group.cell, group.method, share, mean, STEP * median)
 
 
 def losses(found: Sequence[KeptShare]) -> BenchTable:
@@ -277,9 +274,16 @@ def losses(found: Sequence[KeptShare]) -> BenchTable:
         "method": lambda row: row.method,
         "throughput, %": lambda row: percent(loss_of(row.share)),
         "orders lost": lambda row: form(row.lost, "{:.0f}"),
-        "recovered after": lambda row: row.recovered,
+        "recovered after": lambda row: time_text(row.recovered),
     }
     return BenchTable.of(columns, found, texts=("cell", "method"))
+
+
+def time_text(time: float) -> str:
+    """Return a time to recover [s]; a dash for nan."""
+    if math.isnan(time):
+        return NONE
+    return f"{time:.0f} s" if math.isfinite(time) else "not in time"
 
 
 def loss_of(share: Interval) -> Interval:

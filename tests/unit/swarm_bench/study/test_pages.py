@@ -46,7 +46,7 @@ def test_a_study_without_lines_says_so(experiments):
 
 def test_the_answer_counts_verdicts_and_names_the_crossover(experiments):
     text, html, _ = told(experiments, sampled(experiments, SEEDS, values))
-    assert "our rules are ahead in 2, behind in 1, equal in 1; 1 are open." in text
+    assert "our rules are ahead in 2, behind in 1, equal in 1; 1 undecided." in text
     assert "Neither is better everywhere: of 5 comparisons" in text
     assert re.search(r"in throughput -\d+ % \(stream 4\) to \+\d+ % \(stream 8\)", text)
     assert "they are ahead in stream with 8 robots; behind in stream with 4 robots." in text
@@ -108,7 +108,8 @@ def test_recovery_and_loss_are_measured_against_the_twin(experiments):
             ("stream 4, 50% away 20 s", 80.0, [2] * 2 + [0] * 8 + [2] * 20),
         )
     ]
-    _, html, _ = told(experiments, lines)
+    text, html, _ = told(experiments, lines)
+    assert "are back after (median, by cell): ours 50 s." in text
     tail = html[html.index("undisturbed twin") :]
     assert ">16<" in tail  # orders lost
     assert ">50 s<" in tail
